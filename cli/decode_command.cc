@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <fmt/format.h>
+#include <isoreel/codec/decoder.h>
+#include <isoreel/container/reader.h>
+#include <isoreel/io/mesh_writer.h>
+#include <tbb/enumerable_thread_specific.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "command.h"
+#include "options.h"
+#include "parallel.h"
+#include "progress.h"
+
+namespace isoreel::cli {
+namespace {
+
+struct DecodeCommandOptions {
+  std::string input;
+  std::string output;
+  std::string frames;
+  std::optional<int> level;
+  bool normals = false;
+  bool discard = false;
+  bool json = false;
+  bool force = false;
+  int jobs = 0;
+};
+
+/// Packets of the chosen frames in order: by the index from a file, forward from a pipe.
+class ChosenFrames {
+ public:
+  static Result<ChosenFrames> open(const DecodeCommandOptions& options) {
+    ChosenFrames result;
+    ISOREEL_ASSIGN(std::unique_ptr<ByteSource> source, openFile(options.input));
+    if (source->seekable()) {
+      ISOREEL_ASSIGN(result.reader_, Reader::open(std::move(source)));
+      result.range_ = parseFrames(options.frames, result.reader_->frameCount());
+      result.total_ = result.range_.size();
+      result.next_ = result.range_.begin;
+    } else {
+      ISOREEL_ASSIGN(result.stream_, StreamReader::open(std::move(source)));
+      result.range_ = parseFrames(options.frames, std::numeric_limits<std::uint64_t>::max());
+    }
+    return result;
+  }
+  std::optional<std::uint64_t> total() const { return total_; }
+
+  /// False when there are no more.
+  Result<bool> next(Packet& packet) {
+    if (reader_) {
+      if (next_ >= range_.end) return false;
+      packet.header = reader_->header(next_);
+      ISOREEL_ASSIGN(packet.data, reader_->packet(next_++));
+      return true;
+    }
+    for (;;) {
+      if (next_ >= range_.end) return false;
+      ISOREEL_ASSIGN(std::optional<Packet> read, stream_->next());
+      if (!read) return false;
+      if (next_++ < range_.begin) continue;
+      packet = *std::move(read);
+      return true;
+    }
+  }
+
+ private:
+  std::unique_ptr<Reader> reader_;
+  std::unique_ptr<StreamReader> stream_;
+  FrameRange range_;
+  std::uint64_t next_ = 0;
+  std::optional<std::uint64_t> total_;
+};
+
+DecodeOptions codecOptions(const DecodeCommandOptions& options, ByteSpan packet) {
+  DecodeOptions result;
+  if (!options.level) return result;
+  if (*options.level >= 0) {
+    result.level = static_cast<std::uint32_t>(*options.level);
+    return result;
+  }
+  // Counted from the finest. A damaged head is left for the decoder to name.
+  std::uint32_t deepest = 0;
+  if (const Result<PacketHeader> header = readPacketHeader(packet); header.ok()) {
+    if (const Result<Configuration> c = readConfiguration(header->configuration); c.ok()) deepest = octreeDepth(c->grid);
+  }
+  const std::uint32_t coarser = static_cast<std::uint32_t>(-*options.level);
+  result.level = deepest > coarser ? deepest - coarser : 0;
+  return result;
+}
+
+struct DecodeItem {
+  Packet packet;
+  std::size_t vertices = 0, faces = 0;
+};
+
+Status decode(const DecodeCommandOptions& options) {
+  const Stopwatch watch;
+  if (options.discard != options.output.empty()) {
+    throw CLI::ValidationError("--output", options.discard ? "and --discard exclude each other" : "is required, or --discard");
+  }
+  Result<ChosenFrames> frames = ChosenFrames::open(options);
+  if (!frames) return frames.status();
+  if (!options.discard && frames->total() != std::uint64_t{1} && !countsFrames(options.output)) {
+    throw CLI::ValidationError("--output", fmt::format("'{}' must count frames (out_%05d.ply), or --frames choose one", options.output));
+  }
+  const ThreadLimit limit(options.jobs);
+  Progress progress("decode", frames->total());
+  tbb::enumerable_thread_specific<Decoder> decoders;
+  std::uint64_t count = 0, vertices = 0, faces = 0;
+  const auto work = [&](DecodeItem& item) -> Status {
+    const std::uint64_t number = item.packet.header.number;
+    Result<Surface> surface = decoders.local().decode(item.packet.data, codecOptions(options, item.packet.data));
+    if (!surface) return surface.status().at(fmt::format("{}: frame {}", options.input, number));
+    item.vertices = surface->vertices.size();
+    item.faces = surface->quads.size();
+    if (options.discard) return {};
+    const std::filesystem::path path = frameName(options.output, number);
+    std::error_code ignored;
+    if (!options.force && std::filesystem::exists(path, ignored)) {
+      return {ErrorCode::kIo, fmt::format("{}: is there already (--force replaces it)", path.string())};
+    }
+    if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path(), ignored);
+    return io::writeMesh(*surface, path, {.normals = options.normals});
+  };
+  ISOREEL_TRY(forEachFrame<DecodeItem>(
+      options.jobs, [&](DecodeItem& item) { return frames->next(item.packet); }, work,
+      [&](DecodeItem& item) -> Status {
+        ++count;
+        vertices += item.vertices;
+        faces += item.faces;
+        progress.advance();
+        return {};
+      }));
+  if (interrupted) return {ErrorCode::kIo, fmt::format("interrupted after {} frames", count)};
+  if (options.json) {
+    fmt::print("{}\n", nlohmann::ordered_json{{"frames", count}, {"vertices", vertices}, {"faces", faces}, {"seconds", watch.seconds()}}.dump());
+  } else {
+    fmt::print("{}: {} frames, {} vertices, {} quads in {:.2f} s\n", options.input, count, vertices, faces, watch.seconds());
+  }
+  return {};
+}
+
+}  // namespace
+
+void addDecodeCommand(CLI::App& app, Action& chosen) {
+  CLI::App* verb = app.add_subcommand("decode", "Write the surfaces of an .isr file as meshes");
+  const auto options = std::make_shared<DecodeCommandOptions>();
+  verb->add_option("input", options->input, "The .isr (or .isr.part) file; - for standard input")->required();
+  verb->add_option("-o,--output", options->output, "Mesh file, by its extension; %05d counts frames: out/%05d.ply");
+  verb->add_option("--frames", options->frames, "Only the frames A:B (half-open), A:, :B or A (default: all)");
+  verb->add_option("--level", options->level, "Coarser surface: octree level from the root (0), or from the finest (-1: cells twice as large)");
+  verb->add_flag("--normals", options->normals, "Write a normal for each vertex");
+  verb->add_flag("--discard", options->discard, "Decode and write nothing, for timing");
+  verb->add_option("--jobs", options->jobs, "Threads, and frames under way at once; 0: one a core")->check(CLI::Range(0, 256));
+  verb->add_flag("--force", options->force, "Replace meshes that are there already");
+  verb->add_flag("--json", options->json, "End with the totals as one JSON object");
+  verb->callback([options, &chosen] { chosen = [options] { return decode(*options); }; });
+}
+
+}  // namespace isoreel::cli

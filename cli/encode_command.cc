@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <fmt/format.h>
+#include <isoreel/codec/encoder.h>
+#include <isoreel/container/writer.h>
+
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "command.h"
+#include "options.h"
+#include "parallel.h"
+#include "progress.h"
+#include "volume_input.h"
+
+namespace isoreel::cli {
+namespace {
+
+const std::map<std::string, Inside> kInside{{"below", Inside::kBelow}, {"above", Inside::kAbove}};
+
+struct EncodeOptions {
+  VolumeInput volumes;
+  std::string output;
+  std::string isovalues;
+  std::optional<Inside> inside;
+  std::string step = "1/16";
+  std::string fps = "25";
+  std::string times;
+  std::string frames;
+  std::string profile = "classic";
+  std::string frame_types = "intra";
+  VertexPlacement placement = VertexPlacement::kQef;
+  int jobs = 0;
+  bool force = false;
+  bool json = false;
+  std::vector<std::string> tags;
+};
+
+/// One frame on its way through the encoder.
+struct EncodeItem {
+  Volume volume;
+  FrameTiming timing;
+  std::string source;
+  Packet packet;
+  PacketSizes sizes;
+};
+
+std::uint32_t stepUnits(const std::string& text) {
+  const double units = parseFraction("--step", text).value() * kCell;
+  if (!(units >= 0.5) || units > kCell) {
+    throw CLI::ValidationError("--step", fmt::format("'{}' is not from 1/16384 to 1 of a cell", text));
+  }
+  return static_cast<std::uint32_t>(std::lround(units));
+}
+
+/// The isovalue of every frame: one for all, one each, or one volume at several.
+std::vector<double> frameIsovalues(const EncodeOptions& options, const io::VolumeSequence& volumes) {
+  if (options.isovalues.empty() && !volumes.levelSet()) {
+    throw CLI::ValidationError("--iso", "is required: these volumes do not say that they are level sets");
+  }
+  std::vector<double> values = options.isovalues.empty() ? std::vector<double>{0.0} : parseNumbers("--iso", options.isovalues);
+  if (values.size() == 1) values.assign(volumes.size(), values[0]);
+  if (values.size() != volumes.size() && volumes.size() != 1) {
+    throw CLI::ValidationError("--iso", fmt::format("{} values for {} volumes: give one, one each, or several for a single volume",
+                                                    values.size(), volumes.size()));
+  }
+  return values;
+}
+
+std::string tagsJson(const EncodeOptions& options) {
+  nlohmann::ordered_json tags;
+  tags["software"] = "isoreel " ISOREEL_VERSION;
+  std::vector<std::string> names;
+  for (const std::string& path : options.volumes.paths) names.push_back(std::filesystem::path(path).filename().string());
+  tags["source"] = names.size() == 1 ? names[0] : fmt::format("{} to {} ({} files)", names.front(), names.back(), names.size());
+  for (const std::string& tag : options.tags) {
+    const std::size_t equals = tag.find('=');
+    if (equals == std::string::npos || equals == 0) throw CLI::ValidationError("--tag", fmt::format("'{}' is not KEY=VALUE", tag));
+    tags[tag.substr(0, equals)] = tag.substr(equals + 1);
+  }
+  return tags.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+struct Totals {
+  std::uint64_t frames = 0, vertices = 0;
+  PacketSizes sizes;
+  double error_squares = 0, error_max = 0;
+};
+
+void printSummary(const EncodeOptions& options, const Totals& totals, std::uint64_t bytes, double seconds) {
+  const auto share = [&](std::uint64_t part) { return totals.vertices == 0 ? 0.0 : 8.0 * static_cast<double>(part) / static_cast<double>(totals.vertices); };
+  if (options.json) {
+    const std::uint64_t other = bytes - totals.sizes.signs - totals.sizes.motion - totals.sizes.vertices;
+    const nlohmann::ordered_json result{{"frames", totals.frames},
+                                        {"vertices", totals.vertices},
+                                        {"bytes", {{"total", bytes}, {"signs", totals.sizes.signs}, {"motion", totals.sizes.motion},
+                                                   {"vertices", totals.sizes.vertices}, {"other", other}}},
+                                        {"seconds", seconds}};
+    fmt::print("{}\n", result.dump());
+    return;
+  }
+  fmt::print("{}: {} frames, {} vertices, {} bytes in {:.2f} s\n", options.output, totals.frames, totals.vertices, bytes, seconds);
+  fmt::print("  {:.2f} bits a vertex: {:.2f} signs, {:.2f} positions; vertices moved {:.4f} cells RMS, at most {:.4f}\n", share(bytes),
+             share(totals.sizes.signs), share(totals.sizes.vertices),
+             totals.vertices == 0 ? 0.0 : std::sqrt(totals.error_squares / static_cast<double>(totals.vertices)), totals.error_max);
+}
+
+Status encode(const EncodeOptions& options) {
+  const Stopwatch watch;
+  const std::uint32_t step = stepUnits(options.step);
+  const std::string tags = tagsJson(options);
+  ISOREEL_ASSIGN(const std::unique_ptr<io::VolumeSequence> volumes, io::openVolumes(options.volumes.paths, options.volumes.options));
+  const std::vector<double> isovalues = frameIsovalues(options, *volumes);
+  const FrameTimes times = options.times.empty() ? constantRate(options.fps, isovalues.size()) : timesFromFile(options.times, isovalues.size());
+  const FrameRange range = parseFrames(options.frames, isovalues.size());
+
+  EncoderSettings settings;
+  settings.configuration.inside = options.inside.value_or(volumes->levelSet() ? Inside::kBelow : Inside::kAbove);
+  settings.configuration.grid = volumes->grid();
+  settings.configuration.step = step;
+  settings.configuration.time_base = times.base;
+  settings.placement = options.placement;
+  settings.non_finite = options.volumes.non_finite;
+  settings.parallel = parallelFor;
+  ISOREEL_ASSIGN(const Encoder probe, Encoder::create(settings));
+  ISOREEL_ASSIGN(const std::unique_ptr<Writer> writer,
+                 Writer::create(options.output, {.time_base = times.base,
+                                                 .track_name = "",
+                                                 .configuration = probe.configurationRecord(),
+                                                 .tags = tags,
+                                                 .overwrite = options.force}));
+  const ThreadLimit limit(options.jobs);
+  Progress progress("encode", range.size());
+  Totals totals;
+  std::uint64_t next = range.begin;
+  std::optional<Volume> only;  // the single volume of a sequence over isovalues
+
+  const auto read = [&](EncodeItem& item) -> Result<bool> {
+    if (next == range.end) return false;
+    const std::size_t frame = static_cast<std::size_t>(next++);
+    const std::size_t index = volumes->size() == 1 ? 0 : frame;
+    item.source = volumes->name(index);
+    item.timing = {frame - range.begin, times.times[frame], times.durations[frame], isovalues[frame]};
+    if (only) {
+      item.volume = *only;
+      return true;
+    }
+    ISOREEL_ASSIGN(item.volume, volumes->read(index));
+    if (volumes->size() == 1) only = item.volume;
+    return true;
+  };
+  const auto work = [&](EncodeItem& item) -> Status {
+    ISOREEL_ASSIGN(Encoder encoder, Encoder::create(settings));
+    Result<Packet> packet = encoder.encode(item.volume, item.timing, &item.sizes);
+    if (!packet) return packet.status().at(item.source);
+    item.packet = *std::move(packet);
+    item.volume = {};
+    return {};
+  };
+  const auto write = [&](EncodeItem& item) -> Status {
+    ISOREEL_TRY(writer->write(item.packet));
+    const FrameHeader& header = item.packet.header;
+    ++totals.frames;
+    totals.vertices += header.vertices;
+    totals.sizes.signs += item.sizes.signs;
+    totals.sizes.motion += item.sizes.motion;
+    totals.sizes.vertices += item.sizes.vertices;
+    totals.error_squares += std::pow(static_cast<double>(header.error_rms), 2) * header.vertices;
+    totals.error_max = std::max(totals.error_max, static_cast<double>(header.error_max));
+    progress.advance();
+    return {};
+  };
+  Status status = forEachFrame<EncodeItem>(options.jobs, read, work, write);
+  if (status.ok() && totals.frames < range.size()) status = Status(ErrorCode::kIo, "interrupted");
+  if (!status.ok()) {
+    if (totals.frames == 0) {
+      writer->discard();
+      return status;
+    }
+    return {status.error().code, fmt::format("{} (the {} frames before are in {}.part)", status.message(), totals.frames, options.output)};
+  }
+  ISOREEL_TRY(writer->finish());
+  printSummary(options, totals, writer->bytesWritten(), watch.seconds());
+  return {};
+}
+
+}  // namespace
+
+void addEncodeCommand(CLI::App& app, Action& chosen) {
+  CLI::App* verb = app.add_subcommand("encode", "Code the isosurfaces of volumes into an .isr file");
+  const auto options = std::make_shared<EncodeOptions>();
+  options->volumes.add(*verb);
+  verb->add_option("-o,--output", options->output, "The .isr file to write")->required();
+  verb->add_option("--iso", options->isovalues, "Isovalue, or one a frame: V,V,… (default: 0 for level sets)");
+  verb->add_option("--inside", options->inside, "Side of the isovalue that is inside (default: below for level sets, else above)")
+      ->transform(CLI::CheckedTransformer(kInside).description(""))
+      ->type_name("below|above");
+  verb->add_option("--step", options->step, "Quantiser step of vertices, as a part of a cell");
+  verb->add_option("--profile", options->profile, "Coding tools")->check(CLI::IsMember({"classic"}));
+  verb->add_option("--frame-types", options->frame_types, "Frames that may be used")->check(CLI::IsMember({"intra"}));
+  verb->add_option("--vertex", options->placement, "Vertex of a cell: least squares of planes, or mean of crossings")
+      ->transform(CLI::CheckedTransformer(kPlacements).description(""))
+      ->default_str("qef")
+      ->type_name("qef|centroid");
+  CLI::Option* fps = verb->add_option("--fps", options->fps, "Frames a second: 25, 30000/1001");
+  verb->add_option("--times", options->times, "File with the time of each frame in seconds, one a line")->excludes(fps);
+  verb->add_option("--frames", options->frames, "Only the frames A:B (half-open), A:, :B or A (default: all)");
+  verb->add_option("--tag", options->tags, "Metadata KEY=VALUE; may be repeated")->take_all();
+  verb->add_option("--jobs", options->jobs, "Threads, and frames under way at once; 0: one a core")->check(CLI::Range(0, 256));
+  verb->add_flag("--force", options->force, "Replace the output when it is there already");
+  verb->add_flag("--json", options->json, "End with the totals as one JSON object");
+  verb->callback([options, &chosen] { chosen = [options] { return encode(*options); }; });
+}
+
+}  // namespace isoreel::cli

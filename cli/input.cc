@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "input.h"
+
+#include <fmt/format.h>
+
+namespace isoreel::cli {
+namespace {
+
+class PacketsInMemory final : public PacketSource {
+ public:
+  explicit PacketsInMemory(std::vector<Packet> packets) : packets_(std::move(packets)) {}
+  std::uint64_t frameCount() const override { return packets_.size(); }
+  const FrameHeader& header(std::uint64_t position) const override { return packets_[position].header; }
+  Result<Bytes> packet(std::uint64_t position) override { return packets_[position].data; }
+
+ private:
+  std::vector<Packet> packets_;
+};
+
+Result<Input> openUnnamed(const std::string& path) {
+  ISOREEL_ASSIGN(std::unique_ptr<ByteSource> source, openFile(path));
+  Input input;
+  if (source->seekable()) {
+    ISOREEL_ASSIGN(std::unique_ptr<Reader> reader, Reader::open(std::move(source)));
+    input.info = reader->info();
+    input.packets = std::move(reader);
+  } else {
+    ISOREEL_ASSIGN(const std::unique_ptr<StreamReader> stream, StreamReader::open(std::move(source)));
+    std::vector<Packet> packets;
+    for (;;) {
+      ISOREEL_ASSIGN(std::optional<Packet> packet, stream->next());
+      if (!packet) break;
+      packets.push_back(*std::move(packet));
+    }
+    input.info = stream->info();
+    input.packets = std::make_unique<PacketsInMemory>(std::move(packets));
+  }
+  ISOREEL_ASSIGN(input.configuration, readConfiguration(input.info.configuration));
+  return input;
+}
+
+}  // namespace
+
+Result<Input> openInput(const std::string& path) { return openUnnamed(path).at(path); }
+
+std::string uuidText(const std::array<std::uint8_t, 16>& uuid) {
+  std::string text;
+  for (std::size_t i = 0; i < uuid.size(); ++i) {
+    if (i == 4 || i == 6 || i == 8 || i == 10) text += '-';
+    text += fmt::format("{:02x}", uuid[i]);
+  }
+  return text;
+}
+
+}  // namespace isoreel::cli

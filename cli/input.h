@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <isoreel/codec/configuration.h>
+#include <isoreel/container/reader.h>
+
+#include <memory>
+#include <string>
+
+namespace isoreel::cli {
+
+/// A file's frames and facts, with random access. From a pipe ("-") the packets are kept in memory.
+struct Input {
+  std::unique_ptr<PacketSource> packets;
+  FileInfo info;
+  Configuration configuration;
+};
+/// Errors name the file.
+Result<Input> openInput(const std::string& path);
+
+
+std::string uuidText(const std::array<std::uint8_t, 16>& uuid);
+
+}  // namespace isoreel::cli

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <fmt/format.h>
+#include <isoreel/codec/decoder.h>
+#include <isoreel/container/reader.h>
+
+#include <nlohmann/json.hpp>
+
+#include "command.h"
+#include "parallel.h"
+#include "progress.h"
+
+namespace isoreel::cli {
+namespace {
+
+struct VerifyOptions {
+  std::string input;
+  bool json = false;
+  int jobs = 0;
+};
+
+/// Every rule that a decoded frame must keep, beyond those that decoding checks.
+Status checkFrame(Decoder& decoder, const Packet& packet, const Configuration& track) {
+  const FrameHeader& header = packet.header;
+  ISOREEL_ASSIGN(const PacketHeader head, readPacketHeader(packet.data));
+  const auto differs = [](const char* what) {
+    return Status(ErrorCode::kBadData, fmt::format("{} of the frame header is not that of the packet (spec container 4.1)", what));
+  };
+  if (head.number != header.number) return differs("the number");
+  if (head.time != header.time || head.duration != header.duration) return differs("the time");
+  if (head.type != header.type) return differs("the type");
+  if (head.isovalue != header.isovalue) return differs("the isovalue");
+  if (head.vertices != header.vertices || head.faces != header.faces) return differs("a count");
+  if (head.surface_hash != header.surface_hash) return differs("the surface hash");
+  ISOREEL_ASSIGN(const Surface surface, decoder.decode(packet.data));
+  if (!(surface.grid == track.grid)) return differs("the track's grid, and so the box,");
+  return checkClosed(surface);
+}
+
+struct Findings {
+  std::uint64_t frames = 0;
+  std::vector<std::string> problems;
+};
+
+/// Reads the file as a pipe would be read: every byte of every chunk is looked at.
+Status verifyChunks(const VerifyOptions& options, Findings& findings, std::vector<FrameHeader>& headers) {
+  ISOREEL_ASSIGN(std::unique_ptr<ByteSource> source, openFile(options.input));
+  ISOREEL_ASSIGN(const std::unique_ptr<StreamReader> stream, StreamReader::open(std::move(source)));
+  ISOREEL_ASSIGN(const Configuration configuration, readConfiguration(stream->info().configuration));
+  const ThreadLimit limit(options.jobs);
+  Progress progress("verify", std::nullopt);
+  struct Item {
+    Packet packet;
+    Status status;
+  };
+  return forEachFrame<Item>(
+      options.jobs,
+      [&](Item& item) -> Result<bool> {
+        ISOREEL_ASSIGN(std::optional<Packet> packet, stream->next());
+        if (!packet) return false;
+        item.packet = *std::move(packet);
+        return true;
+      },
+      [&](Item& item) -> Status {
+        Decoder decoder;
+        item.status = checkFrame(decoder, item.packet, configuration);
+        return {};
+      },
+      [&](Item& item) -> Status {
+        ++findings.frames;
+        headers.push_back(item.packet.header);
+        if (!item.status.ok()) findings.problems.push_back(fmt::format("frame {}: {}", item.packet.header.number, item.status.message()));
+        progress.advance();
+        return {};
+      });
+}
+
+/// The seek index must be there and say what the frames say.
+Status verifyIndex(const VerifyOptions& options, const std::vector<FrameHeader>& headers) {
+  ISOREEL_ASSIGN(std::unique_ptr<ByteSource> source, openFile(options.input));
+  if (!source->seekable()) return {};
+  ISOREEL_ASSIGN(const std::unique_ptr<Reader> reader, Reader::open(std::move(source)));
+  if (!reader->info().indexed) return {ErrorCode::kBadData, "no seek index: the file was not finished, or is cut (spec container 6)"};
+  if (reader->frameCount() != headers.size()) {
+    return {ErrorCode::kBadData, fmt::format("the seek index lists {} frames, the file holds {}", reader->frameCount(), headers.size())};
+  }
+  for (std::uint64_t i = 0; i < reader->frameCount(); ++i) {
+    Bytes indexed, stored;
+    ISOREEL_TRY(writeSyntax(indexed, reader->header(i)));
+    ISOREEL_TRY(writeSyntax(stored, headers[i]));
+    if (indexed != stored) return {ErrorCode::kBadData, fmt::format("the seek index does not agree with the header of frame {}", i)};
+    ISOREEL_TRY(reader->packet(i).status());
+  }
+  return {};
+}
+
+Status verify(const VerifyOptions& options) {
+  Findings findings;
+  std::vector<FrameHeader> headers;
+  if (const Status status = verifyChunks(options, findings, headers); !status.ok()) {
+    findings.problems.emplace_back(status.message());
+  } else if (const Status index = verifyIndex(options, headers); !index.ok()) {
+    findings.problems.emplace_back(index.message());
+  }
+  if (interrupted) return {ErrorCode::kIo, "interrupted"};
+  if (options.json) {
+    fmt::print("{}\n", nlohmann::ordered_json{{"ok", findings.problems.empty()}, {"frames", findings.frames}, {"problems", findings.problems}}.dump());
+  } else {
+    for (const std::string& problem : findings.problems) fmt::print("{}: {}\n", options.input, problem);
+    if (findings.problems.empty()) fmt::print("{}: {} frames, every checksum, hash and surface is right\n", options.input, findings.frames);
+  }
+  if (findings.problems.empty()) return {};
+  return {ErrorCode::kBadData, fmt::format("{}: {} problem{}", options.input, findings.problems.size(), findings.problems.size() == 1 ? "" : "s")};
+}
+
+}  // namespace
+
+void addVerifyCommand(CLI::App& app, Action& chosen) {
+  CLI::App* verb = app.add_subcommand("verify", "Check every checksum, decode every frame, compare hashes, check that surfaces are closed");
+  const auto options = std::make_shared<VerifyOptions>();
+  verb->add_option("input", options->input, "The .isr file; - for standard input")->required();
+  verb->add_option("--jobs", options->jobs, "Threads; 0: one a core")->check(CLI::Range(0, 256));
+  verb->add_flag("--json", options->json, "One JSON object: ok, frames, problems");
+  verb->callback([options, &chosen] { chosen = [options] { return verify(*options); }; });
+}
+
+}  // namespace isoreel::cli

@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# How every target of the house is built, and which way includes may go.
+
+# Warnings, sanitizers and exact floating point for a target of ours.
+function(isoreel_settings target)
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wshadow
+                         -ffp-contract=off)
+  if(ISOREEL_WARNINGS_AS_ERRORS)
+    target_compile_options(${target} PRIVATE -Werror)
+  endif()
+  if(ISOREEL_SANITIZE)
+    target_compile_options(${target} PRIVATE -fsanitize=${ISOREEL_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+    target_link_options(${target} PUBLIC -fsanitize=${ISOREEL_SANITIZE})
+  endif()
+endfunction()
+
+# isoreel_objects(NAME HEADERS a.h … SOURCES b.cc … LINKS targets …)
+# An object library with the public headers of FOLDER/include (each compiled alone by the all_verify_interface_header_sets
+# target). It sees only its own folder and what LINKS give it: an include that runs against the direction of the house
+# does not compile.
+function(isoreel_objects name)
+  cmake_parse_arguments(arg "" "" "HEADERS;SOURCES;LINKS;PRIVATE_LINKS" ${ARGN})
+  add_library(${name} OBJECT ${arg_SOURCES})
+  target_sources(${name} PUBLIC FILE_SET HEADERS BASE_DIRS ${CMAKE_CURRENT_SOURCE_DIR}/include FILES ${arg_HEADERS})
+  target_include_directories(${name} PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
+  target_link_libraries(${name} PUBLIC ${arg_LINKS} PRIVATE ${arg_PRIVATE_LINKS})
+  set_target_properties(${name} PROPERTIES VERIFY_INTERFACE_HEADER_SETS ON)
+  isoreel_settings(${name})
+endfunction()
+# isoreel_library(isoreel_NAME HEADERS a.h … SOURCES b.cc … LINKS targets … PRIVATE_LINKS targets …)
+# The same as a static library isoreel::NAME (libisoreel-NAME.a), for folders above the codec.
+function(isoreel_library name)
+  cmake_parse_arguments(arg "" "" "HEADERS;SOURCES;LINKS;PRIVATE_LINKS" ${ARGN})
+  add_library(${name} STATIC ${arg_SOURCES})
+  target_sources(${name} PUBLIC FILE_SET HEADERS BASE_DIRS ${CMAKE_CURRENT_SOURCE_DIR}/include FILES ${arg_HEADERS})
+  target_include_directories(${name} PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
+  target_link_libraries(${name} PUBLIC ${arg_LINKS} PRIVATE ${arg_PRIVATE_LINKS})
+  string(REPLACE "_" "-" output ${name})
+  string(REPLACE "isoreel_" "isoreel::" alias ${name})
+  set_target_properties(${name} PROPERTIES VERIFY_INTERFACE_HEADER_SETS ON OUTPUT_NAME ${output})
+  add_library(${alias} ALIAS ${name})
+  isoreel_settings(${name})
+endfunction()

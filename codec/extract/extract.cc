@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <isoreel/codec/encoder.h>
+
+#include "extract/dual_contouring.h"
+#include "extract/sign_bitmap.h"
+#include "lattice/dual_mesh.h"
+
+namespace isoreel {
+
+Result<Surface> extractSurface(const Volume& volume, double isovalue, Inside inside, VertexPlacement placement, NonFinite non_finite,
+                               const ParallelFor& parallel) {
+  ISOREEL_TRY(checkGrid(volume.grid));
+  ISOREEL_ASSIGN(const SignBitmap bitmap, SignBitmap::make(volume, isovalue, inside, non_finite, parallel));
+  const std::vector<Cell> cells = bitmap.activeCells(parallel);
+  const auto vertices = placeVertices(volume, isovalue, cells, placement, parallel);
+  Surface surface;
+  surface.grid = volume.grid;
+  surface.vertices = gridPositions(cells, vertices);
+  CellIndex index;
+  index.build(cells);
+  surface.quads = dualQuads(cells, index);
+  return surface;
+}
+
+}  // namespace isoreel

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "extract/sign_bitmap.h"
+
+#include <algorithm>
+#include <bit>
+#include <limits>
+
+namespace isoreel {
+
+Result<SignBitmap> SignBitmap::make(const Volume& volume, double isovalue, Inside inside, NonFinite non_finite, const ParallelFor& parallel) {
+  const auto& nodes = volume.grid.nodes;
+  SignBitmap result;
+  result.nodes_ = nodes;
+  result.row_words_ = (nodes[0] + 63) / 64;
+  result.words_.assign(result.row_words_ * nodes[1] * nodes[2], 0);
+  constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
+  std::vector<std::size_t> first_bad(nodes[2], kNone);
+  parallel(nodes[2], [&](std::size_t z) {
+    for (std::size_t y = 0; y < nodes[1]; ++y) {
+      const std::size_t start = (z * nodes[1] + y) * nodes[0];
+      std::uint64_t* words = result.words_.data() + (z * nodes[1] + y) * result.row_words_;
+      bool bad = false;
+      for (std::size_t x = 0; x < nodes[0]; ++x) {
+        const float sample = volume.samples[start + x];
+        bad |= !(sample - sample == 0.0f);
+        words[x / 64] |= std::uint64_t{isInside(sample, isovalue, inside)} << (x % 64);
+      }
+      if (!bad || first_bad[z] != kNone) continue;
+      for (std::size_t x = 0; x < nodes[0] && first_bad[z] == kNone; ++x) {
+        const float sample = volume.samples[start + x];
+        if (!(sample - sample == 0.0f)) first_bad[z] = start + x;
+      }
+    }
+  });
+  if (non_finite == NonFinite::kRefuse) {
+    for (const std::size_t at : first_bad) {
+      if (at == kNone) continue;
+      const float sample = volume.samples[at];
+      return {ErrorCode::kInvalidArgument,
+              "sample at node (" + std::to_string(at % nodes[0]) + ", " + std::to_string(at / nodes[0] % nodes[1]) + ", " +
+                  std::to_string(at / nodes[0] / nodes[1]) + ") is " + (sample != sample ? "not a number" : sample > 0 ? "+infinity" : "-infinity") +
+                  "; samples must be finite, unless such samples are to be taken as outside"};
+    }
+  }
+  return result;
+}
+
+std::vector<Cell> SignBitmap::activeCells(const ParallelFor& parallel) const {
+  std::vector<std::vector<std::uint64_t>> layers(nodes_[2] - 1);
+  parallel(layers.size(), [&](std::size_t layer) {
+    const std::uint32_t z = static_cast<std::uint32_t>(layer);
+    for (std::uint32_t y = 0; y + 1 < nodes_[1]; ++y) {
+      const std::array<const std::uint64_t*, 4> rows{row(y, z), row(y + 1, z), row(y, z + 1), row(y + 1, z + 1)};
+      // Whether any, and whether all, of the four nodes at an x are inside: the next word's lowest bit comes along.
+      const auto any = [&](std::size_t w) { return w < row_words_ ? rows[0][w] | rows[1][w] | rows[2][w] | rows[3][w] : 0; };
+      const auto all = [&](std::size_t w) { return w < row_words_ ? rows[0][w] & rows[1][w] & rows[2][w] & rows[3][w] : 0; };
+      for (std::size_t w = 0; w < row_words_; ++w) {
+        std::uint64_t mixed = (any(w) | any(w) >> 1 | any(w + 1) << 63) & ~(all(w) & (all(w) >> 1 | all(w + 1) << 63));
+        const std::size_t cells_left = nodes_[0] - 1 - std::min<std::size_t>(nodes_[0] - 1, w * 64);
+        if (cells_left < 64) mixed &= (std::uint64_t{1} << cells_left) - 1;
+        for (; mixed != 0; mixed &= mixed - 1) {
+          layers[layer].push_back(mortonCode(static_cast<std::uint32_t>(w * 64) + static_cast<std::uint32_t>(std::countr_zero(mixed)), y, z));
+        }
+      }
+    }
+  });
+  std::vector<std::uint64_t> codes;
+  for (std::vector<std::uint64_t>& layer : layers) {
+    codes.insert(codes.end(), layer.begin(), layer.end());
+    layer = {};
+  }
+  std::sort(codes.begin(), codes.end());
+  std::vector<Cell> cells(codes.size());
+  for (std::size_t i = 0; i < codes.size(); ++i) {
+    const std::uint32_t x = gatherBits(codes[i]), y = gatherBits(codes[i] >> 1), z = gatherBits(codes[i] >> 2);
+    std::uint32_t corners = 0;
+    for (std::uint32_t j = 0; j < 8; ++j) corners |= std::uint32_t{at(x + (j & 1), y + (j >> 1 & 1), z + (j >> 2))} << j;
+    cells[i] = {static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y), static_cast<std::uint16_t>(z), static_cast<std::uint8_t>(corners)};
+  }
+  return cells;
+}
+
+double SignBitmap::insideCells() const {
+  double sum = 0;
+  for (std::uint32_t z = 0; z < nodes_[2]; ++z) {
+    for (std::uint32_t y = 0; y < nodes_[1]; ++y) {
+      int count = 0;
+      for (std::size_t w = 0; w < row_words_; ++w) count += std::popcount(row(y, z)[w]);
+      const double along = count - (at(0, y, z) + at(nodes_[0] - 1, y, z)) / 2.0;
+      sum += along * (y == 0 || y + 1 == nodes_[1] ? 0.5 : 1.0) * (z == 0 || z + 1 == nodes_[2] ? 0.5 : 1.0);
+    }
+  }
+  return sum;
+}
+
+}  // namespace isoreel

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <isoreel/base/packet.h>
+#include <isoreel/codec/grid.h>
+#include <isoreel/codec/volume.h>
+
+namespace isoreel {
+
+inline constexpr std::uint8_t kFormatVersion = 1;
+inline constexpr std::uint8_t kFormatMinor = 0;
+
+enum class Profile : std::uint8_t { kClassic = 0, kMain = 1 /* reserved */ };
+
+/// The configuration record (spec codec 2): what a decoder must know before the first packet.
+struct Configuration {
+  Profile profile = Profile::kClassic;
+  Inside inside = Inside::kAbove;
+  std::uint32_t tools = 0;  // one flag a coding tool; version 1 has none
+  Grid grid;
+  std::uint32_t step = kCell / 16;  // nominal normal step of the vertex residual, 1/16384 of a cell, 1 to 16384
+  TimeBase time_base;
+
+  bool operator==(const Configuration&) const = default;
+};
+
+/// The record's bytes: an even number, own CRC-32C at the end.
+Result<Bytes> writeConfiguration(const Configuration& configuration);
+
+/// Reads a record that fills `bytes`. Safe for untrusted input.
+Result<Configuration> readConfiguration(ByteSpan bytes);
+
+}  // namespace isoreel

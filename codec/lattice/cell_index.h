@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The cells of one octree level, and the way from a cell's coordinates to its place in their order.
+#pragma once
+
+#include <bit>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "lattice/brick_map.h"
+#include "lattice/morton.h"
+
+namespace isoreel {
+
+/// A heterogeneous cell of an octree level. Corner j lies at (x + (j & 1), y + (j >> 1 & 1), z + (j >> 2)); bit j of
+/// `corners` is set when it is inside.
+struct Cell {
+  std::uint16_t x = 0;
+  std::uint16_t y = 0;
+  std::uint16_t z = 0;
+  std::uint8_t corners = 0;
+};
+
+inline bool isActive(const Cell& cell) { return cell.corners != 0 && cell.corners != 0xFF; }
+
+/// Finds cells by coordinates, in a list that is in Morton order: the cells of an aligned 4×4×4 brick are neighbours in
+/// the list, so a bit mask and one number a brick are enough.
+class CellIndex {
+ public:
+  struct Brick {
+    std::uint64_t mask = 0;   // bit: Morton code of the cell inside the brick
+    std::uint32_t first = 0;  // place of the brick's first cell
+    std::uint32_t count = 0;
+    std::int32_t x = 0, y = 0, z = 0;  // cell coordinates / 4
+  };
+  static constexpr std::uint32_t kNone = BrickMap::kNone;
+
+  /// `cells` in Morton order; not kept.
+  void build(std::span<const Cell> cells);
+  /// Place of the cell in the list, or kNone. Coordinates from -1 to 65536.
+  std::uint32_t find(std::int32_t x, std::int32_t y, std::int32_t z) const {
+    const std::uint32_t number = map_.find(x >> 2, y >> 2, z >> 2);
+    if (number == BrickMap::kNone) return kNone;
+    return place(bricks_[number], bit(x, y, z));
+  }
+  const std::vector<Brick>& bricks() const { return bricks_; }
+  /// Number of the brick at brick coordinates, or BrickMap::kNone.
+  std::uint32_t brickAt(std::int32_t x, std::int32_t y, std::int32_t z) const { return map_.find(x, y, z); }
+
+  static std::uint64_t bit(std::int32_t x, std::int32_t y, std::int32_t z) {
+    return std::uint64_t{1} << mortonCode(static_cast<std::uint32_t>(x & 3), static_cast<std::uint32_t>(y & 3),
+                                          static_cast<std::uint32_t>(z & 3));
+  }
+  static std::uint32_t place(const Brick& brick, std::uint64_t bit) {
+    if ((brick.mask & bit) == 0) return kNone;
+    return brick.first + static_cast<std::uint32_t>(std::popcount(brick.mask & (bit - 1)));
+  }
+
+ private:
+  BrickMap map_;
+  std::vector<Brick> bricks_;
+};
+
+}  // namespace isoreel

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <isoreel/codec/surface.h>
+
+#include <span>
+
+#include "lattice/cell_index.h"
+
+namespace isoreel {
+
+/// How many quads the dual mesh of these cells has (spec codec 5.3): `cells` are the active cells of one level in
+/// Morton order.
+std::size_t countQuads(std::span<const Cell> cells);
+
+/// The quads of the dual mesh, one for each sign-changing edge that has its four cells, in the order of the cells whose
+/// corner 0 they start from, then of the axes x, y, z. Corners are places in `cells`, counter-clockwise seen from outside.
+std::vector<Quad> dualQuads(std::span<const Cell> cells, const CellIndex& index);
+
+/// Positions in the grid of vertices that are given from their cells' corner 0.
+inline std::vector<GridPosition> gridPositions(std::span<const Cell> cells, std::span<const std::array<std::int32_t, 3>> in_cell) {
+  std::vector<GridPosition> result(cells.size());
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    result[i] = {cells[i].x * kCell + in_cell[i][0], cells[i].y * kCell + in_cell[i][1], cells[i].z * kCell + in_cell[i][2]};
+  }
+  return result;
+}
+
+}  // namespace isoreel
