@@ -13,6 +13,10 @@
 namespace isoreel {
 namespace {
 
+// A vertex may slide on the surface: its tangential steps are larger. At equal distance to the extracted mesh, 3 took
+// about 5 % off the vertex bits of 2 on droplets, splash and head scan; to the volume's isosurface more.
+constexpr std::uint32_t kTangentialRatio = 3;
+
 /// Appends the stream that `write(coder)` makes to the payload, and its entry to the section table when it has any bytes.
 template <class Write>
 void addSection(PacketHeader& header, Bytes& payload, SectionKind kind, std::uint32_t level, Write write) {
@@ -101,7 +105,7 @@ Result<Packet> Encoder::encode(const Volume& volume, const FrameTiming& timing, 
   header.duration = timing.duration;
   header.isovalue = timing.isovalue;
   header.step = settings.configuration.step;
-  header.tangential_step = std::min<std::uint32_t>(2 * header.step, kCell);
+  header.tangential_step = std::min<std::uint32_t>(kTangentialRatio * header.step, kCell);
   header.configuration = state_->record;
   header.vertices = static_cast<std::uint32_t>(cells.size());
 

@@ -16,7 +16,7 @@ namespace isoreel {
 /// Quantiser steps of the residual, in 1/16384 of a cell.
 struct ResidualSteps {
   std::int32_t normal = kCell / 16;
-  std::int32_t tangential = kCell / 8;
+  std::int32_t tangential = kCell / 16;
 };
 
 /// Residual along the normal and the two tangents of the local frame, in steps.

@@ -35,7 +35,7 @@ struct PacketHeader {
   std::vector<std::uint64_t> references;  // how many frames back, in display order
   double isovalue = 0;
   std::uint32_t step = kCell / 16;            // of the residual's normal component, 1/16384 of a cell
-  std::uint32_t tangential_step = kCell / 8;  // of its tangential components
+  std::uint32_t tangential_step = kCell / 16;  // of its tangential components
   std::uint32_t vertices = 0;
   std::uint32_t faces = 0;
   std::uint64_t surface_hash = 0;

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <isoreel/base/parallel.h>
+#include <isoreel/codec/surface.h>
+
+#include <filesystem>
+
+namespace isoreel::inspect {
+
+/// Eight bits a channel, RGBA, rows from the top.
+struct Image {
+  int width = 0;
+  int height = 0;
+  std::vector<std::uint8_t> pixels;
+};
+
+/// An axis-aligned box in the world; empty when min > max.
+struct Box {
+  Vec3d min{1, 1, 1};
+  Vec3d max{-1, -1, -1};
+  bool empty() const { return min[0] > max[0]; }
+  void add(const Vec3d& p);
+};
+Box boundingBox(const Surface& surface);
+
+/// Where the picture is taken from. Angles in degrees: azimuth around the world's z axis (0 looks along +y),
+/// elevation above its horizon, -90 to 90. The camera looks at the box's centre from where the whole box
+/// fits, and the box stands in the middle of the picture. The field of view is that of the picture's shorter
+/// side; `zoom` magnifies.
+struct Camera {
+  double azimuth = 35;
+  double elevation = 25;
+  double field_of_view = 35;
+  double zoom = 1;
+};
+
+struct RenderSettings {
+  int width = 1280;
+  int height = 960;
+  Camera camera;
+  Box frame;           // what must fit into the picture; empty: the surface's own box
+  int samples = 4;     // rays a pixel, a square number
+  bool smooth = true;  // interpolated vertex normals; false shows facets
+};
+
+/// Ray-casts the surface: three lights and ambient occlusion, so that shape shows; the inner side has another
+/// colour, and a shadow lies below the frame's box. A surface without faces gives the backdrop alone. Opaque,
+/// in sRGB, at least 1 × 1 pixels. The same on one machine for every `parallel`.
+Image render(const Surface& surface, const RenderSettings& settings, const ParallelFor& parallel = serialFor);
+
+/// Puts pictures of equal size side by side, `columns` a row, each with a caption under it (captions may be
+/// empty, and there may be fewer than pictures). No pictures give an image without pixels.
+Image contactSheet(const std::vector<Image>& images, const std::vector<std::string>& captions, int columns);
+
+/// Writes a PNG under a temporary name in the same folder (".part" added) and renames it over `path`. kIo if
+/// that fails, and then nothing is left behind; kInvalidArgument for an image whose pixels do not match its
+/// size.
+Status writePng(const Image& image, const std::filesystem::path& path);
+
+}  // namespace isoreel::inspect

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <cairo/cairo.h>
+#include <isoreel/inspect/render.h>
+
+#include <algorithm>
+#include <memory>
+
+#if defined(__SANITIZE_ADDRESS__)
+#define ISOREEL_LEAK_CHECK
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define ISOREEL_LEAK_CHECK
+#endif
+#endif
+#ifdef ISOREEL_LEAK_CHECK
+// fontconfig keeps what it found in pointers that are stored as offsets, where the leak check does not see
+// them.
+// NOLINTNEXTLINE: the sanitizer gives this its name
+extern "C" const char* __lsan_default_suppressions() { return "leak:libfontconfig"; }
+#endif
+
+namespace isoreel::inspect {
+namespace {
+
+constexpr int kGap = 8;
+constexpr std::uint8_t kPaper = 250;
+constexpr double kInk = 0.2;
+
+std::size_t offset(const Image& image, int x, int y) {
+  return (static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(x)) *
+         4;
+}
+
+Image blank(int width, int height) {
+  Image image{width, height, {}};
+  image.pixels.assign(offset(image, 0, height), kPaper);
+  for (std::size_t i = 3; i < image.pixels.size(); i += 4) image.pixels[i] = 255;
+  return image;
+}
+
+void paste(const Image& tile, int x, int y, Image& sheet) {
+  const int rows = std::min(tile.height, sheet.height - y);
+  const int columns = std::min(tile.width, sheet.width - x);
+  for (int row = 0; row < rows; ++row) {
+    std::copy_n(&tile.pixels[offset(tile, 0, row)], 4 * columns, &sheet.pixels[offset(sheet, x, y + row)]);
+  }
+}
+
+struct CairoRelease {
+  void operator()(cairo_surface_t* surface) const { cairo_surface_destroy(surface); }
+  void operator()(cairo_t* context) const { cairo_destroy(context); }
+};
+
+/// One line of text in the middle of a strip, in smaller letters if it would not fit. Text that is not UTF-8,
+/// or a machine without fonts, leaves the strip empty.
+Image captionStrip(const std::string& text, int width, int height) {
+  const std::unique_ptr<cairo_surface_t, CairoRelease> surface(
+      cairo_image_surface_create(CAIRO_FORMAT_RGB24, width, height));
+  const std::unique_ptr<cairo_t, CairoRelease> context(cairo_create(surface.get()));
+  cairo_t* cairo = context.get();
+  cairo_set_source_rgb(cairo, kPaper / 255.0, kPaper / 255.0, kPaper / 255.0);
+  cairo_paint(cairo);
+  cairo_set_source_rgb(cairo, kInk, kInk, kInk);
+  cairo_select_font_face(cairo, "sans", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
+  // Grey, unhinted letters look the same whatever the machine's font settings are.
+  cairo_font_options_t* options = cairo_font_options_create();
+  cairo_font_options_set_antialias(options, CAIRO_ANTIALIAS_GRAY);
+  cairo_font_options_set_hint_style(options, CAIRO_HINT_STYLE_NONE);
+  cairo_font_options_set_hint_metrics(options, CAIRO_HINT_METRICS_OFF);
+  cairo_set_font_options(cairo, options);
+  cairo_font_options_destroy(options);
+
+  double size = 0.62 * height;
+  cairo_text_extents_t extents;
+  cairo_set_font_size(cairo, size);
+  cairo_text_extents(cairo, text.c_str(), &extents);
+  if (extents.x_advance > 0.96 * width) {
+    size *= 0.96 * width / extents.x_advance;
+    cairo_set_font_size(cairo, size);
+    cairo_text_extents(cairo, text.c_str(), &extents);
+  }
+  cairo_move_to(cairo, (width - extents.x_advance) / 2, height / 2.0 + 0.36 * size);
+  cairo_show_text(cairo, text.c_str());
+  cairo_surface_flush(surface.get());
+
+  Image strip = blank(width, height);
+  const unsigned char* data = cairo_image_surface_get_data(surface.get());
+  if (data == nullptr || cairo_status(cairo) != CAIRO_STATUS_SUCCESS) return strip;
+  const int stride = cairo_image_surface_get_stride(surface.get());
+  for (int y = 0; y < height; ++y) {
+    const auto* row = reinterpret_cast<const std::uint32_t*>(data + static_cast<std::ptrdiff_t>(y) * stride);
+    std::uint8_t* out = &strip.pixels[offset(strip, 0, y)];
+    for (int x = 0; x < width; ++x, out += 4) {
+      for (int channel = 0; channel < 3; ++channel)
+        out[channel] = static_cast<std::uint8_t>(row[x] >> (16 - 8 * channel));
+    }
+  }
+  return strip;
+}
+
+}  // namespace
+
+Image contactSheet(const std::vector<Image>& images, const std::vector<std::string>& captions, int columns) {
+  if (images.empty()) return {};
+  int width = 1, height = 1;
+  for (const Image& image : images) {
+    width = std::max(width, image.width);
+    height = std::max(height, image.height);
+  }
+  const int count = static_cast<int>(images.size());
+  columns = std::clamp(columns, 1, count);
+  const int rows = (count + columns - 1) / columns;
+  const bool captioned =
+      std::any_of(captions.begin(), captions.end(), [](const std::string& text) { return !text.empty(); });
+  const int strip = captioned ? std::clamp(height / 9, 14, 40) : 0;
+
+  Image sheet = blank(columns * (width + kGap) + kGap, rows * (height + strip + kGap) + kGap);
+  for (int i = 0; i < count; ++i) {
+    const auto index = static_cast<std::size_t>(i);
+    const int x = kGap + i % columns * (width + kGap);
+    const int y = kGap + i / columns * (height + strip + kGap);
+    paste(images[index], x, y, sheet);
+    if (index < captions.size() && !captions[index].empty()) {
+      paste(captionStrip(captions[index], width, strip), x, y + height, sheet);
+    }
+  }
+  return sheet;
+}
+
+}  // namespace isoreel::inspect
