@@ -11,8 +11,9 @@
 
 namespace isoreel::cli {
 
-/// Runs the verb. An error is printed by the caller and ends the program with exit code 1; options that contradict each
-/// other or the input are thrown as CLI::ValidationError, which ends it with exit code 2 like any other usage error.
+/// Runs the verb. An error is printed by the caller and ends the program with exit code 1; options that
+/// contradict each other or the input are thrown as CLI::ValidationError, which ends it with exit code 2 like
+/// any other usage error.
 using Action = std::function<Status()>;
 
 void addEncodeCommand(CLI::App& app, Action& chosen);

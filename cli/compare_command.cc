@@ -60,13 +60,16 @@ Json bothWays(const inspect::SurfaceDistance& d) {
 
 Status compare(const CompareOptions& options) {
   ISOREEL_ASSIGN(const Input input, openInput(options.input));
-  ISOREEL_ASSIGN(const std::unique_ptr<io::VolumeSequence> volumes, io::openVolumes(options.volumes.paths, options.volumes.options));
+  ISOREEL_ASSIGN(const std::unique_ptr<io::VolumeSequence> volumes,
+                 io::openVolumes(options.volumes.paths, options.volumes.options));
   const std::uint64_t count = input.packets->frameCount();
   if (volumes->size() != 1 && volumes->size() != count) {
-    return {ErrorCode::kInvalidArgument, fmt::format("{} has {} frames, the input {} volumes", options.input, count, volumes->size())};
+    return {ErrorCode::kInvalidArgument,
+            fmt::format("{} has {} frames, the input {} volumes", options.input, count, volumes->size())};
   }
   if (volumes->grid().nodes != input.configuration.grid.nodes) {
-    return {ErrorCode::kInvalidArgument, fmt::format("the grid of {} is not that of {}", volumes->name(0), options.input)};
+    return {ErrorCode::kInvalidArgument,
+            fmt::format("the grid of {} is not that of {}", volumes->name(0), options.input)};
   }
   const FrameRange range = parseFrames(options.frames, count);
   const ThreadLimit limit(options.jobs);
@@ -76,7 +79,8 @@ Status compare(const CompareOptions& options) {
   std::uint64_t next = range.begin;
   Mean volume_mean, extracted_mean;
   Json frames = Json::array();
-  if (!options.json) fmt::print(" frame   to the volume: rms       max   to the extracted mesh: rms       max   (cells)\n");
+  if (!options.json)
+    fmt::print(" frame   to the volume: rms       max   to the extracted mesh: rms       max   (cells)\n");
 
   const auto read = [&](CompareItem& item) -> Result<bool> {
     if (next == range.end) return false;
@@ -90,11 +94,13 @@ Status compare(const CompareOptions& options) {
     return true;
   };
   const auto work = [&](CompareItem& item) -> Status {
-    const auto extracted = extractSurface(item.volume, item.isovalue, inside, options.placement, options.volumes.non_finite, parallelFor);
+    const auto extracted = extractSurface(item.volume, item.isovalue, inside, options.placement,
+                                          options.volumes.non_finite, parallelFor);
     if (!extracted) return extracted.status().at(fmt::format("frame {}", item.number));
     const inspect::Mesh mesh = inspect::meshOf(item.decoded);
     item.to_extracted = inspect::distance(mesh, inspect::meshOf(*extracted), options.samples, parallelFor);
-    item.to_volume = inspect::distance(mesh, inspect::volumeIsosurface(item.volume, item.isovalue, inside), options.samples, parallelFor);
+    item.to_volume = inspect::distance(mesh, inspect::volumeIsosurface(item.volume, item.isovalue, inside),
+                                       options.samples, parallelFor);
     item.volume = {};
     return {};
   };
@@ -102,10 +108,13 @@ Status compare(const CompareOptions& options) {
     volume_mean.add(item.to_volume.symmetric);
     extracted_mean.add(item.to_extracted.symmetric);
     if (options.json) {
-      frames.push_back({{"number", item.number}, {"volume", bothWays(item.to_volume)}, {"extracted", bothWays(item.to_extracted)}});
+      frames.push_back({{"number", item.number},
+                        {"volume", bothWays(item.to_volume)},
+                        {"extracted", bothWays(item.to_extracted)}});
     } else {
-      fmt::print("{:6}  {:19.5f}  {:8.4f}  {:27.5f}  {:8.4f}\n", item.number, item.to_volume.symmetric.rms, item.to_volume.symmetric.max,
-                 item.to_extracted.symmetric.rms, item.to_extracted.symmetric.max);
+      fmt::print("{:6}  {:19.5f}  {:8.4f}  {:27.5f}  {:8.4f}\n", item.number, item.to_volume.symmetric.rms,
+                 item.to_volume.symmetric.max, item.to_extracted.symmetric.rms,
+                 item.to_extracted.symmetric.max);
     }
     progress.advance();
     return {};
@@ -119,7 +128,8 @@ Status compare(const CompareOptions& options) {
                             {"frame_list", frames}}
                            .dump());
   } else {
-    fmt::print("   all  {:19.5f}  {:8.4f}  {:27.5f}  {:8.4f}\n", volume_mean.rms(), volume_mean.max, extracted_mean.rms(), extracted_mean.max);
+    fmt::print("   all  {:19.5f}  {:8.4f}  {:27.5f}  {:8.4f}\n", volume_mean.rms(), volume_mean.max,
+               extracted_mean.rms(), extracted_mean.max);
   }
   return {};
 }
@@ -127,17 +137,23 @@ Status compare(const CompareOptions& options) {
 }  // namespace
 
 void addCompareCommand(CLI::App& app, Action& chosen) {
-  CLI::App* verb = app.add_subcommand("compare", "Distance of each frame to its volume's isosurface and to the extracted mesh, in cells");
+  CLI::App* verb = app.add_subcommand(
+      "compare", "Distance of each frame to its volume's isosurface and to the extracted mesh, in cells");
   const auto options = std::make_shared<CompareOptions>();
   verb->add_option("file", options->input, "The .isr file; - for standard input")->required();
   options->volumes.add(*verb);
-  verb->add_option("--frames", options->frames, "Only the frames A:B (half-open), A:, :B or A (default: all)");
-  verb->add_option("--vertex", options->placement, "How the extracted mesh places vertices")
-      ->transform(CLI::CheckedTransformer(kPlacements).description(""))
+  verb->add_option("--frames", options->frames,
+                   "Only the frames A:B (half-open), A:, :B or A (default: all)");
+  verb->add_option_function<std::string>(
+          "--vertex",
+          [options](const std::string& text) { options->placement = choice("--vertex", kPlacements, text); },
+          "How the extracted mesh places vertices")
       ->default_str("qef")
       ->type_name("qef|centroid");
-  verb->add_option("--samples", options->samples, "Sample points on each surface")->check(CLI::Range(1000, 100'000'000));
-  verb->add_option("--jobs", options->jobs, "Threads, and frames under way at once; 0: one a core")->check(CLI::Range(0, 256));
+  verb->add_option("--samples", options->samples, "Sample points on each surface")
+      ->check(CLI::Range(1000, 100'000'000));
+  verb->add_option("--jobs", options->jobs, "Threads, and frames under way at once; 0: one a core")
+      ->check(CLI::Range(0, 256));
   verb->add_flag("--json", options->json, "One JSON object");
   verb->callback([options, &chosen] { chosen = [options] { return compare(*options); }; });
 }

@@ -83,7 +83,8 @@ DecodeOptions codecOptions(const DecodeCommandOptions& options, ByteSpan packet)
   // Counted from the finest. A damaged head is left for the decoder to name.
   std::uint32_t deepest = 0;
   if (const Result<PacketHeader> header = readPacketHeader(packet); header.ok()) {
-    if (const Result<Configuration> c = readConfiguration(header->configuration); c.ok()) deepest = octreeDepth(c->grid);
+    if (const Result<Configuration> c = readConfiguration(header->configuration); c.ok())
+      deepest = octreeDepth(c->grid);
   }
   const std::uint32_t coarser = static_cast<std::uint32_t>(-*options.level);
   result.level = deepest > coarser ? deepest - coarser : 0;
@@ -98,12 +99,15 @@ struct DecodeItem {
 Status decode(const DecodeCommandOptions& options) {
   const Stopwatch watch;
   if (options.discard != options.output.empty()) {
-    throw CLI::ValidationError("--output", options.discard ? "and --discard exclude each other" : "is required, or --discard");
+    throw CLI::ValidationError(
+        "--output", options.discard ? "and --discard exclude each other" : "is required, or --discard");
   }
   Result<ChosenFrames> frames = ChosenFrames::open(options);
   if (!frames) return frames.status();
   if (!options.discard && frames->total() != std::uint64_t{1} && !countsFrames(options.output)) {
-    throw CLI::ValidationError("--output", fmt::format("'{}' must count frames (out_%05d.ply), or --frames choose one", options.output));
+    throw CLI::ValidationError(
+        "--output",
+        fmt::format("'{}' must count frames (out_%05d.ply), or --frames choose one", options.output));
   }
   const ThreadLimit limit(options.jobs);
   Progress progress("decode", frames->total());
@@ -111,7 +115,8 @@ Status decode(const DecodeCommandOptions& options) {
   std::uint64_t count = 0, vertices = 0, faces = 0;
   const auto work = [&](DecodeItem& item) -> Status {
     const std::uint64_t number = item.packet.header.number;
-    Result<Surface> surface = decoders.local().decode(item.packet.data, codecOptions(options, item.packet.data));
+    Result<Surface> surface =
+        decoders.local().decode(item.packet.data, codecOptions(options, item.packet.data));
     if (!surface) return surface.status().at(fmt::format("{}: frame {}", options.input, number));
     item.vertices = surface->vertices.size();
     item.faces = surface->quads.size();
@@ -135,9 +140,13 @@ Status decode(const DecodeCommandOptions& options) {
       }));
   if (interrupted) return {ErrorCode::kIo, fmt::format("interrupted after {} frames", count)};
   if (options.json) {
-    fmt::print("{}\n", nlohmann::ordered_json{{"frames", count}, {"vertices", vertices}, {"faces", faces}, {"seconds", watch.seconds()}}.dump());
+    fmt::print("{}\n",
+               nlohmann::ordered_json{
+                   {"frames", count}, {"vertices", vertices}, {"faces", faces}, {"seconds", watch.seconds()}}
+                   .dump());
   } else {
-    fmt::print("{}: {} frames, {} vertices, {} quads in {:.2f} s\n", options.input, count, vertices, faces, watch.seconds());
+    fmt::print("{}: {} frames, {} vertices, {} quads in {:.2f} s\n", options.input, count, vertices, faces,
+               watch.seconds());
   }
   return {};
 }
@@ -148,12 +157,17 @@ void addDecodeCommand(CLI::App& app, Action& chosen) {
   CLI::App* verb = app.add_subcommand("decode", "Write the surfaces of an .isr file as meshes");
   const auto options = std::make_shared<DecodeCommandOptions>();
   verb->add_option("input", options->input, "The .isr (or .isr.part) file; - for standard input")->required();
-  verb->add_option("-o,--output", options->output, "Mesh file, by its extension; %05d counts frames: out/%05d.ply");
-  verb->add_option("--frames", options->frames, "Only the frames A:B (half-open), A:, :B or A (default: all)");
-  verb->add_option("--level", options->level, "Coarser surface: octree level from the root (0), or from the finest (-1: cells twice as large)");
+  verb->add_option("-o,--output", options->output,
+                   "Mesh file, by its extension; %05d counts frames: out/%05d.ply");
+  verb->add_option("--frames", options->frames,
+                   "Only the frames A:B (half-open), A:, :B or A (default: all)");
+  verb->add_option(
+      "--level", options->level,
+      "Coarser surface: octree level from the root (0), or from the finest (-1: cells twice as large)");
   verb->add_flag("--normals", options->normals, "Write a normal for each vertex");
   verb->add_flag("--discard", options->discard, "Decode and write nothing, for timing");
-  verb->add_option("--jobs", options->jobs, "Threads, and frames under way at once; 0: one a core")->check(CLI::Range(0, 256));
+  verb->add_option("--jobs", options->jobs, "Threads, and frames under way at once; 0: one a core")
+      ->check(CLI::Range(0, 256));
   verb->add_flag("--force", options->force, "Replace meshes that are there already");
   verb->add_flag("--json", options->json, "End with the totals as one JSON object");
   verb->callback([options, &chosen] { chosen = [options] { return decode(*options); }; });

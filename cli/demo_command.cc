@@ -25,7 +25,8 @@ Result<fs::path> bundledSequence() {
     const fs::path folder = fs::path(root) / "droplets";
     if (fs::is_directory(folder, ignored)) return folder;
   }
-  return {ErrorCode::kNotFound, fmt::format("the bundled sequence is neither in {} nor in {}", ISOREEL_SOURCE_DATA, ISOREEL_INSTALLED_DATA)};
+  return {ErrorCode::kNotFound, fmt::format("the bundled sequence is neither in {} nor in {}",
+                                            ISOREEL_SOURCE_DATA, ISOREEL_INSTALLED_DATA)};
 }
 
 /// Prints a step and the command line that does it, then runs that.
@@ -68,15 +69,20 @@ Status demo(const std::string& output) {
   if (error) return {ErrorCode::kIo, fmt::format("{}: {}", output, error.message())};
   const std::string file = (folder / "droplets.isr").string();
 
-  ISOREEL_TRY(step("Volumes of a fluid simulation (OpenVDB level sets) become one file.", {"encode", data.string(), "-o", file, "--force"}));
+  ISOREEL_TRY(step("Volumes of a fluid simulation (OpenVDB level sets) become one file.",
+                   {"encode", data.string(), "-o", file, "--force"}));
   ISOREEL_TRY(step("What is in it, without decoding.", {"info", file, "--frames"}));
   ISOREEL_TRY(step("Every checksum, every hash, every surface closed.", {"verify", file}));
   ISOREEL_ASSIGN(const std::unique_ptr<Reader> reader, Reader::open(file));
   const std::string middle = fmt::format("{}", reader->frameCount() / 2);
-  ISOREEL_TRY(step("Seek to a frame and write its mesh.", {"decode", file, "--frames", middle, "-o", (folder / "frame_%05d.ply").string(), "--force"}));
-  ISOREEL_TRY(step("How far are the decoded surfaces from the data?", {"compare", file, data.string(), "--samples", "50000"}));
-  ISOREEL_TRY(step("A picture of that frame.", {"render", file, "--frames", middle, "-o", (folder / "frame.png").string(), "--force"}));
-  ISOREEL_TRY(step("A contact sheet of the sequence.", {"render", file, "-o", (folder / "contact.png").string(), "--force"}));
+  ISOREEL_TRY(step("Seek to a frame and write its mesh.", {"decode", file, "--frames", middle, "-o",
+                                                           (folder / "frame_%05d.ply").string(), "--force"}));
+  ISOREEL_TRY(step("How far are the decoded surfaces from the data?",
+                   {"compare", file, data.string(), "--samples", "50000"}));
+  ISOREEL_TRY(step("A picture of that frame.",
+                   {"render", file, "--frames", middle, "-o", (folder / "frame.png").string(), "--force"}));
+  ISOREEL_TRY(step("A contact sheet of the sequence.",
+                   {"render", file, "-o", (folder / "contact.png").string(), "--force"}));
 
   std::uint64_t volumes = 0;
   for (const auto& entry : fs::directory_iterator(data)) {
@@ -85,7 +91,8 @@ Status demo(const std::string& output) {
   ISOREEL_ASSIGN(const MeshBytes meshes, measureMeshes(file, folder));
   const std::uint64_t bytes = fs::file_size(file);
   const auto row = [bytes](const std::string& name, std::uint64_t size) {
-    fmt::print("  {:<34} {:>11} bytes  {:>6.1f} times the .isr\n", name, size, static_cast<double>(size) / static_cast<double>(bytes));
+    fmt::print("  {:<34} {:>11} bytes  {:>6.1f} times the .isr\n", name, size,
+               static_cast<double>(size) / static_cast<double>(bytes));
   };
   fmt::print("\n# The same surfaces in bytes\n");
   row("volumes as they came (OpenVDB)", volumes);
@@ -99,7 +106,8 @@ Status demo(const std::string& output) {
 }  // namespace
 
 void addDemoCommand(CLI::App& app, Action& chosen) {
-  CLI::App* verb = app.add_subcommand("demo", "The bundled sequence, from volumes to pictures, as the commands you would type");
+  CLI::App* verb = app.add_subcommand(
+      "demo", "The bundled sequence, from volumes to pictures, as the commands you would type");
   const auto output = std::make_shared<std::string>("demo-output");
   verb->add_option("-o,--output", *output, "Folder for what it makes");
   verb->callback([output, &chosen] { chosen = [output] { return demo(*output); }; });

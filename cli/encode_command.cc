@@ -58,11 +58,13 @@ std::vector<double> frameIsovalues(const EncodeOptions& options, const io::Volum
   if (options.isovalues.empty() && !volumes.levelSet()) {
     throw CLI::ValidationError("--iso", "is required: these volumes do not say that they are level sets");
   }
-  std::vector<double> values = options.isovalues.empty() ? std::vector<double>{0.0} : parseNumbers("--iso", options.isovalues);
+  std::vector<double> values =
+      options.isovalues.empty() ? std::vector<double>{0.0} : parseNumbers("--iso", options.isovalues);
   if (values.size() == 1) values.assign(volumes.size(), values[0]);
   if (values.size() != volumes.size() && volumes.size() != 1) {
-    throw CLI::ValidationError("--iso", fmt::format("{} values for {} volumes: give one, one each, or several for a single volume",
-                                                    values.size(), volumes.size()));
+    throw CLI::ValidationError(
+        "--iso", fmt::format("{} values for {} volumes: give one, one each, or several for a single volume",
+                             values.size(), volumes.size()));
   }
   return values;
 }
@@ -71,11 +73,15 @@ std::string tagsJson(const EncodeOptions& options) {
   nlohmann::ordered_json tags;
   tags["software"] = "isoreel " ISOREEL_VERSION;
   std::vector<std::string> names;
-  for (const std::string& path : options.volumes.paths) names.push_back(std::filesystem::path(path).filename().string());
-  tags["source"] = names.size() == 1 ? names[0] : fmt::format("{} to {} ({} files)", names.front(), names.back(), names.size());
+  for (const std::string& path : options.volumes.paths)
+    names.push_back(std::filesystem::path(path).filename().string());
+  tags["source"] = names.size() == 1
+                       ? names[0]
+                       : fmt::format("{} to {} ({} files)", names.front(), names.back(), names.size());
   for (const std::string& tag : options.tags) {
     const std::size_t equals = tag.find('=');
-    if (equals == std::string::npos || equals == 0) throw CLI::ValidationError("--tag", fmt::format("'{}' is not KEY=VALUE", tag));
+    if (equals == std::string::npos || equals == 0)
+      throw CLI::ValidationError("--tag", fmt::format("'{}' is not KEY=VALUE", tag));
     tags[tag.substr(0, equals)] = tag.substr(equals + 1);
   }
   return tags.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
@@ -88,34 +94,48 @@ struct Totals {
 };
 
 void printSummary(const EncodeOptions& options, const Totals& totals, std::uint64_t bytes, double seconds) {
-  const auto share = [&](std::uint64_t part) { return totals.vertices == 0 ? 0.0 : 8.0 * static_cast<double>(part) / static_cast<double>(totals.vertices); };
+  const auto share = [&](std::uint64_t part) {
+    return totals.vertices == 0 ? 0.0
+                                : 8.0 * static_cast<double>(part) / static_cast<double>(totals.vertices);
+  };
   if (options.json) {
     const std::uint64_t other = bytes - totals.sizes.signs - totals.sizes.motion - totals.sizes.vertices;
     const nlohmann::ordered_json result{{"frames", totals.frames},
                                         {"vertices", totals.vertices},
-                                        {"bytes", {{"total", bytes}, {"signs", totals.sizes.signs}, {"motion", totals.sizes.motion},
-                                                   {"vertices", totals.sizes.vertices}, {"other", other}}},
+                                        {"bytes",
+                                         {{"total", bytes},
+                                          {"signs", totals.sizes.signs},
+                                          {"motion", totals.sizes.motion},
+                                          {"vertices", totals.sizes.vertices},
+                                          {"other", other}}},
                                         {"seconds", seconds}};
     fmt::print("{}\n", result.dump());
     return;
   }
-  fmt::print("{}: {} frames, {} vertices, {} bytes in {:.2f} s\n", options.output, totals.frames, totals.vertices, bytes, seconds);
-  fmt::print("  {:.2f} bits a vertex: {:.2f} signs, {:.2f} positions; vertices moved {:.4f} cells RMS, at most {:.4f}\n", share(bytes),
-             share(totals.sizes.signs), share(totals.sizes.vertices),
-             totals.vertices == 0 ? 0.0 : std::sqrt(totals.error_squares / static_cast<double>(totals.vertices)), totals.error_max);
+  fmt::print("{}: {} frames, {} vertices, {} bytes in {:.2f} s\n", options.output, totals.frames,
+             totals.vertices, bytes, seconds);
+  fmt::print(
+      "  {:.2f} bits a vertex: {:.2f} signs, {:.2f} positions; vertices moved {:.4f} cells RMS, at most "
+      "{:.4f}\n",
+      share(bytes), share(totals.sizes.signs), share(totals.sizes.vertices),
+      totals.vertices == 0 ? 0.0 : std::sqrt(totals.error_squares / static_cast<double>(totals.vertices)),
+      totals.error_max);
 }
 
 Status encode(const EncodeOptions& options) {
   const Stopwatch watch;
   const std::uint32_t step = stepUnits(options.step);
   const std::string tags = tagsJson(options);
-  ISOREEL_ASSIGN(const std::unique_ptr<io::VolumeSequence> volumes, io::openVolumes(options.volumes.paths, options.volumes.options));
+  ISOREEL_ASSIGN(const std::unique_ptr<io::VolumeSequence> volumes,
+                 io::openVolumes(options.volumes.paths, options.volumes.options));
   const std::vector<double> isovalues = frameIsovalues(options, *volumes);
-  const FrameTimes times = options.times.empty() ? constantRate(options.fps, isovalues.size()) : timesFromFile(options.times, isovalues.size());
+  const FrameTimes times = options.times.empty() ? constantRate(options.fps, isovalues.size())
+                                                 : timesFromFile(options.times, isovalues.size());
   const FrameRange range = parseFrames(options.frames, isovalues.size());
 
   EncoderSettings settings;
-  settings.configuration.inside = options.inside.value_or(volumes->levelSet() ? Inside::kBelow : Inside::kAbove);
+  settings.configuration.inside =
+      options.inside.value_or(volumes->levelSet() ? Inside::kBelow : Inside::kAbove);
   settings.configuration.grid = volumes->grid();
   settings.configuration.step = step;
   settings.configuration.time_base = times.base;
@@ -177,7 +197,8 @@ Status encode(const EncodeOptions& options) {
       writer->discard();
       return status;
     }
-    return {status.error().code, fmt::format("{} (the {} frames before are in {}.part)", status.message(), totals.frames, options.output)};
+    return {status.error().code, fmt::format("{} (the {} frames before are in {}.part)", status.message(),
+                                             totals.frames, options.output)};
   }
   ISOREEL_TRY(writer->finish());
   printSummary(options, totals, writer->bytesWritten(), watch.seconds());
@@ -191,22 +212,29 @@ void addEncodeCommand(CLI::App& app, Action& chosen) {
   const auto options = std::make_shared<EncodeOptions>();
   options->volumes.add(*verb);
   verb->add_option("-o,--output", options->output, "The .isr file to write")->required();
-  verb->add_option("--iso", options->isovalues, "Isovalue, or one a frame: V,V,… (default: 0 for level sets)");
-  verb->add_option("--inside", options->inside, "Side of the isovalue that is inside (default: below for level sets, else above)")
+  verb->add_option("--iso", options->isovalues,
+                   "Isovalue, or one a frame: V,V,… (default: 0 for level sets)");
+  verb->add_option("--inside", options->inside,
+                   "Side of the isovalue that is inside (default: below for level sets, else above)")
       ->transform(CLI::CheckedTransformer(kInside).description(""))
       ->type_name("below|above");
   verb->add_option("--step", options->step, "Quantiser step of vertices, as a part of a cell");
   verb->add_option("--profile", options->profile, "Coding tools")->check(CLI::IsMember({"classic"}));
-  verb->add_option("--frame-types", options->frame_types, "Frames that may be used")->check(CLI::IsMember({"intra"}));
-  verb->add_option("--vertex", options->placement, "Vertex of a cell: least squares of planes, or mean of crossings")
+  verb->add_option("--frame-types", options->frame_types, "Frames that may be used")
+      ->check(CLI::IsMember({"intra"}));
+  verb->add_option("--vertex", options->placement,
+                   "Vertex of a cell: least squares of planes, or mean of crossings")
       ->transform(CLI::CheckedTransformer(kPlacements).description(""))
       ->default_str("qef")
       ->type_name("qef|centroid");
   CLI::Option* fps = verb->add_option("--fps", options->fps, "Frames a second: 25, 30000/1001");
-  verb->add_option("--times", options->times, "File with the time of each frame in seconds, one a line")->excludes(fps);
-  verb->add_option("--frames", options->frames, "Only the frames A:B (half-open), A:, :B or A (default: all)");
+  verb->add_option("--times", options->times, "File with the time of each frame in seconds, one a line")
+      ->excludes(fps);
+  verb->add_option("--frames", options->frames,
+                   "Only the frames A:B (half-open), A:, :B or A (default: all)");
   verb->add_option("--tag", options->tags, "Metadata KEY=VALUE; may be repeated")->take_all();
-  verb->add_option("--jobs", options->jobs, "Threads, and frames under way at once; 0: one a core")->check(CLI::Range(0, 256));
+  verb->add_option("--jobs", options->jobs, "Threads, and frames under way at once; 0: one a core")
+      ->check(CLI::Range(0, 256));
   verb->add_flag("--force", options->force, "Replace the output when it is there already");
   verb->add_flag("--json", options->json, "End with the totals as one JSON object");
   verb->callback([options, &chosen] { chosen = [options] { return encode(*options); }; });

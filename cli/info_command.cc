@@ -25,7 +25,8 @@ const char* typeName(PacketType type) { return type == PacketType::kIntra ? "I" 
 std::string hashText(std::uint64_t hash) { return fmt::format("{:016x}", hash); }
 
 Vec3d corner(const Grid& grid, const std::array<std::uint32_t, 3>& position) {
-  return grid.world(Vec3d{position[0] / double{kCell}, position[1] / double{kCell}, position[2] / double{kCell}});
+  return grid.world(
+      Vec3d{position[0] / double{kCell}, position[1] / double{kCell}, position[2] / double{kCell}});
 }
 
 Json frameJson(const FrameHeader& h, const Configuration& c) {
@@ -45,7 +46,10 @@ Json frameJson(const FrameHeader& h, const Configuration& c) {
           {"volume", h.volume},
           {"components", h.components},
           {"euler", h.euler},
-          {"error", {{"against", kKinds[static_cast<std::size_t>(h.error_kind)]}, {"rms", h.error_rms}, {"max", h.error_max}}},
+          {"error",
+           {{"against", kKinds[static_cast<std::size_t>(h.error_kind)]},
+            {"rms", h.error_rms},
+            {"max", h.error_max}}},
           {"hash", hashText(h.surface_hash)}};
 }
 
@@ -53,10 +57,16 @@ Json packetJson(const PacketHeader& header, std::size_t bytes) {
   Json sections = Json::array();
   for (const Section& s : header.sections) {
     static constexpr std::array<const char*, 5> kNames{"?", "signs", "leaves", "motion", "vertices"};
-    sections.push_back({{"kind", s.kind < kNames.size() ? kNames[s.kind] : "unknown"}, {"level", s.level}, {"bytes", s.bytes}});
+    sections.push_back({{"kind", s.kind < kNames.size() ? kNames[s.kind] : "unknown"},
+                        {"level", s.level},
+                        {"bytes", s.bytes}});
   }
-  return {{"number", header.number}, {"type", typeName(header.type)}, {"bytes", bytes},
-          {"references", header.references}, {"step", header.step / double{kCell}}, {"tangential_step", header.tangential_step / double{kCell}},
+  return {{"number", header.number},
+          {"type", typeName(header.type)},
+          {"bytes", bytes},
+          {"references", header.references},
+          {"step", header.step / double{kCell}},
+          {"tangential_step", header.tangential_step / double{kCell}},
           {"sections", sections}};
 }
 
@@ -82,31 +92,46 @@ Json fileJson(const Input& input) {
           {"inside", c.inside == Inside::kBelow ? "below" : "above"},
           {"step", c.step / double{kCell}},
           {"time_base", {c.time_base.numerator, c.time_base.denominator}},
-          {"grid", {{"nodes", c.grid.nodes}, {"origin", c.grid.origin}, {"spacing", c.grid.spacing}, {"direction", c.grid.direction}, {"levels", octreeDepth(c.grid) + 1}}},
+          {"grid",
+           {{"nodes", c.grid.nodes},
+            {"origin", c.grid.origin},
+            {"spacing", c.grid.spacing},
+            {"direction", c.grid.direction},
+            {"levels", octreeDepth(c.grid) + 1}}},
+          {"damage", input.info.damage},
           {"tags", Json::parse(input.info.tags, nullptr, false)}};
 }
 
 void printFile(const std::string& path, const Json& file, const Input& input) {
   const Grid& grid = input.configuration.grid;
-  fmt::print("{}: Isoreel {}.{}, profile {}, {} bytes{}\n", path, file["version"].dump(), file["minor"].dump(), file["profile"].get<std::string>(),
-             file["bytes"].dump(), input.info.indexed ? "" : " (no seek index: unfinished, cut, or from a pipe)");
-  fmt::print("  frames   {} in {:.6g} s (time base {}/{})\n", file["frames"].dump(), file["seconds"].get<double>(), input.configuration.time_base.numerator,
+  fmt::print("{}: Isoreel {}.{}, profile {}, {} bytes{}\n", path, file["version"].dump(),
+             file["minor"].dump(), file["profile"].get<std::string>(), file["bytes"].dump(),
+             input.info.indexed ? "" : " (no seek index: unfinished, cut, or from a pipe)");
+  fmt::print("  frames   {} in {:.6g} s (time base {}/{})\n", file["frames"].dump(),
+             file["seconds"].get<double>(), input.configuration.time_base.numerator,
              input.configuration.time_base.denominator);
-  fmt::print("  grid     {} x {} x {} nodes, spacing {:.6g} {:.6g} {:.6g}, octree levels 0 to {}\n", grid.nodes[0], grid.nodes[1], grid.nodes[2],
-             grid.spacing[0], grid.spacing[1], grid.spacing[2], octreeDepth(grid));
-  fmt::print("  surface  inside is {} the isovalue, step {:.6g} cells, {} vertices in all\n", file["inside"].get<std::string>(), file["step"].get<double>(),
-             file["vertices"].dump());
+  fmt::print("  grid     {} x {} x {} nodes, spacing {:.6g} {:.6g} {:.6g}, octree levels 0 to {}\n",
+             grid.nodes[0], grid.nodes[1], grid.nodes[2], grid.spacing[0], grid.spacing[1], grid.spacing[2],
+             octreeDepth(grid));
+  fmt::print("  surface  inside is {} the isovalue, step {:.6g} cells, {} vertices in all\n",
+             file["inside"].get<std::string>(), file["step"].get<double>(), file["vertices"].dump());
   fmt::print("  uuid     {}\n", file["uuid"].get<std::string>());
+  for (const std::string& line : input.info.damage) fmt::print("  damage   {}\n", line);
   if (!file["tags"].is_object()) return;
-  for (const auto& [key, value] : file["tags"].items()) fmt::print("  {:<8} {}\n", key, value.is_string() ? value.get<std::string>() : value.dump());
+  for (const auto& [key, value] : file["tags"].items())
+    fmt::print("  {:<8} {}\n", key, value.is_string() ? value.get<std::string>() : value.dump());
 }
 
 void printFrames(const Input& input) {
-  fmt::print("\n frame        time  type  isovalue    vertices       quads        area      volume  parts  euler  error rms     max\n");
+  fmt::print(
+      "\n frame        time  type  isovalue    vertices       quads        area      volume  parts  euler  "
+      "error rms     max\n");
   for (std::uint64_t i = 0; i < input.packets->frameCount(); ++i) {
     const FrameHeader& h = input.packets->header(i);
-    fmt::print("{:6}  {:10.4f}  {:>4}  {:8.4g}  {:10}  {:10}  {:10.4g}  {:10.4g}  {:5}  {:5}  {:9.4f}  {:6.4f}\n", h.number, input.configuration.time_base.seconds(h.time),
-               typeName(h.type), h.isovalue, h.vertices, h.faces, h.area, h.volume, h.components, h.euler, h.error_rms, h.error_max);
+    fmt::print(
+        "{:6}  {:10.4f}  {:>4}  {:8.4g}  {:10}  {:10}  {:10.4g}  {:10.4g}  {:5}  {:5}  {:9.4f}  {:6.4f}\n",
+        h.number, input.configuration.time_base.seconds(h.time), typeName(h.type), h.isovalue, h.vertices,
+        h.faces, h.area, h.volume, h.components, h.euler, h.error_rms, h.error_max);
   }
 }
 
@@ -115,7 +140,8 @@ Status info(const InfoOptions& options) {
   Json file = fileJson(input);
   if (options.frames) {
     file["frame_list"] = Json::array();
-    for (std::uint64_t i = 0; i < input.packets->frameCount(); ++i) file["frame_list"].push_back(frameJson(input.packets->header(i), input.configuration));
+    for (std::uint64_t i = 0; i < input.packets->frameCount(); ++i)
+      file["frame_list"].push_back(frameJson(input.packets->header(i), input.configuration));
   }
   if (options.packets) {
     file["packet_list"] = Json::array();
@@ -137,11 +163,13 @@ Status info(const InfoOptions& options) {
   if (!options.packets) return {};
   fmt::print("\n");
   for (const Json& packet : file["packet_list"]) {
-    fmt::print("packet {:>5}  {}  {} bytes, step {:.6g}, tangential {:.6g}:", packet["number"].dump(), packet["type"].get<std::string>(), packet["bytes"].dump(),
-               packet["step"].get<double>(), packet["tangential_step"].get<double>());
+    fmt::print("packet {:>5}  {}  {} bytes, step {:.6g}, tangential {:.6g}:", packet["number"].dump(),
+               packet["type"].get<std::string>(), packet["bytes"].dump(), packet["step"].get<double>(),
+               packet["tangential_step"].get<double>());
     for (const Json& s : packet["sections"]) {
       const bool levelled = s["kind"] == "signs" || s["kind"] == "leaves";
-      fmt::print(" {}{} {}", s["kind"].get<std::string>(), levelled ? s["level"].dump() : "", s["bytes"].dump());
+      fmt::print(" {}{} {}", s["kind"].get<std::string>(), levelled ? s["level"].dump() : "",
+                 s["bytes"].dump());
     }
     fmt::print("\n");
   }
@@ -154,7 +182,8 @@ void addInfoCommand(CLI::App& app, Action& chosen) {
   CLI::App* verb = app.add_subcommand("info", "What an .isr file holds, read without decoding");
   const auto options = std::make_shared<InfoOptions>();
   verb->add_option("input", options->input, "The .isr (or .isr.part) file; - for standard input")->required();
-  verb->add_flag("--frames", options->frames, "The facts of every frame: time, counts, area, volume, components, error");
+  verb->add_flag("--frames", options->frames,
+                 "The facts of every frame: time, counts, area, volume, components, error");
   verb->add_flag("--packets", options->packets, "Type, references and sections of every packet");
   verb->add_flag("--json", options->json, "One JSON object");
   verb->callback([options, &chosen] { chosen = [options] { return info(*options); }; });

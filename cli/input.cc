@@ -2,6 +2,7 @@
 #include "input.h"
 
 #include <fmt/format.h>
+#include <isoreel/codec/packet_header.h>
 
 namespace isoreel::cli {
 namespace {
@@ -35,7 +36,13 @@ Result<Input> openUnnamed(const std::string& path) {
     input.info = stream->info();
     input.packets = std::make_unique<PacketsInMemory>(std::move(packets));
   }
-  ISOREEL_ASSIGN(input.configuration, readConfiguration(input.info.configuration));
+  Bytes record = input.info.configuration;
+  if (record.empty() && input.packets->frameCount() > 0) {  // the track record is lost: every I packet repeats it
+    ISOREEL_ASSIGN(const Bytes packet, input.packets->packet(0));
+    ISOREEL_ASSIGN(const PacketHeader header, readPacketHeader(packet));
+    record = header.configuration;
+  }
+  ISOREEL_ASSIGN(input.configuration, readConfiguration(record));
   return input;
 }
 

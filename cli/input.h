@@ -18,7 +18,6 @@ struct Input {
 /// Errors name the file.
 Result<Input> openInput(const std::string& path);
 
-
 std::string uuidText(const std::array<std::uint8_t, 16>& uuid);
 
 }  // namespace isoreel::cli

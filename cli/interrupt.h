@@ -6,7 +6,8 @@
 
 namespace isoreel::cli {
 
-/// Set by the first SIGINT, SIGTERM or SIGHUP: long work stops after the frame it is at. A second signal kills.
+/// Set by the first SIGINT, SIGTERM or SIGHUP: long work stops after the frame it is at. A second signal
+/// kills.
 inline std::atomic<bool> interrupted{false};
 static_assert(std::atomic<bool>::is_always_lock_free, "set in a signal handler");
 

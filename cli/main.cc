@@ -1,12 +1,49 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <fcntl.h>
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
 
 #include "command.h"
 #include "interrupt.h"
 
 namespace isoreel::cli {
+namespace {
+
+/// What is wrong with the command line. A word that is not known says more than what is missing because of it.
+std::string usageProblem(const CLI::App& app, const CLI::ParseError& error) {
+  const std::vector<std::string> unknown = app.remaining(true);
+  if (unknown.empty() || dynamic_cast<const CLI::RequiredError*>(&error) == nullptr) return error.what();
+  if (!app.get_subcommands().empty() || unknown.front().starts_with('-')) return fmt::format("'{}' is not known", unknown.front());
+  return fmt::format("'{}' is no verb", unknown.front());
+}
+
+int usageError(const CLI::App& app, const CLI::ParseError& error) {
+  const auto verbs = app.get_subcommands();
+  const std::string command = verbs.empty() ? "isoreel" : "isoreel " + verbs.front()->get_name();
+  fmt::print(stderr, "{}: {}\n'{} --help' lists what there is.\n", command, usageProblem(app, error), command);
+  return 2;
+}
+
+/// Without this, a file that is opened may become standard output or error, and messages end in it. Opened the other
+/// way round, so that using them fails as it should.
+void occupyClosedStreams() {
+  for (int file = 0; file <= 2; ++file) {
+    if (fcntl(file, F_GETFD) < 0) [[maybe_unused]] const int opened = open("/dev/null", file == 0 ? O_WRONLY : O_RDONLY);
+  }
+}
+
+/// `code`, or 1 when what was printed did not arrive (a full disk).
+int finishOutput(int code) {
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return code;
+  fmt::print(stderr, "isoreel: standard output cannot be written: {}\n", std::strerror(errno));
+  return code == 0 ? 1 : code;
+}
+
+}  // namespace
 
 int run(std::vector<std::string> arguments) {
   CLI::App app("Isoreel: a codec, container and player for time-varying isosurfaces", "isoreel");
@@ -30,16 +67,17 @@ int run(std::vector<std::string> arguments) {
     fmt::print(stderr, "isoreel {}: {}\n", app.get_subcommands().front()->get_name(), status.message());
     return 1;
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
+    return error.get_exit_code() == 0 ? app.exit(error) : usageError(app, error);
   }
 }
 
 }  // namespace isoreel::cli
 
 int main(int argc, char** argv) {
+  isoreel::cli::occupyClosedStreams();
   isoreel::cli::stopOnSignals();
   try {
-    return isoreel::cli::run({argv + 1, argv + argc});
+    return isoreel::cli::finishOutput(isoreel::cli::run({argv + 1, argv + argc}));
   } catch (const std::exception& error) {  // out of memory, above all
     fmt::print(stderr, "isoreel: {}\n", error.what());
     return 1;

@@ -54,7 +54,9 @@ Fraction parseFraction(const std::string& option, const std::string& text) {
 
 FrameRange parseFrames(const std::string& text, std::uint64_t count) {
   if (text.empty()) return {0, count};
-  const auto refuse = [&](const std::string& why) -> FrameRange { throw CLI::ValidationError("--frames", fmt::format("'{}' {}", text, why)); };
+  const auto refuse = [&](const std::string& why) -> FrameRange {
+    throw CLI::ValidationError("--frames", fmt::format("'{}' {}", text, why));
+  };
   FrameRange range{0, count};
   const std::size_t colon = text.find(':');
   const std::string first = text.substr(0, colon);
@@ -79,7 +81,8 @@ std::vector<double> parseNumbers(const std::string& option, const std::string& t
   for (std::size_t start = 0; start <= text.size();) {
     const std::size_t end = std::min(text.find(',', start), text.size());
     const auto value = parseNumber<double>(std::string_view(text).substr(start, end - start));
-    if (!value || *value - *value != 0) throw CLI::ValidationError(option, fmt::format("'{}' is no number", text.substr(start, end - start)));
+    if (!value || *value - *value != 0)
+      throw CLI::ValidationError(option, fmt::format("'{}' is no number", text.substr(start, end - start)));
     values.push_back(*value);
     start = end + 1;
   }
@@ -92,7 +95,8 @@ FrameTimes constantRate(const std::string& fps, std::size_t frames) {
   if (rate.numerator <= 0 || rate.numerator > kMax || rate.denominator > kMax) {
     throw CLI::ValidationError("--fps", fmt::format("'{}' is not above 0, or has too many digits", fps));
   }
-  FrameTimes result{{static_cast<std::uint32_t>(rate.denominator), static_cast<std::uint32_t>(rate.numerator)}, {}, {}};
+  FrameTimes result{
+      {static_cast<std::uint32_t>(rate.denominator), static_cast<std::uint32_t>(rate.numerator)}, {}, {}};
   result.times.resize(frames);
   std::iota(result.times.begin(), result.times.end(), std::int64_t{0});
   result.durations.assign(frames, 1);
@@ -111,13 +115,16 @@ FrameTimes timesFromFile(const std::string& path, std::size_t frames) {
     if (!line.empty()) times.push_back(parseFraction(fmt::format("--times {} line {}", path, number), line));
   }
   if (times.size() != frames) {
-    throw CLI::ValidationError("--times", fmt::format("{}: {} times for {} frames", path, times.size(), frames));
+    throw CLI::ValidationError("--times",
+                               fmt::format("{}: {} times for {} frames", path, times.size(), frames));
   }
   std::int64_t denominator = 1;
   for (const Fraction& t : times) {
     const std::int64_t factor = t.denominator / std::gcd(denominator, t.denominator);
     if (factor > std::int64_t{std::numeric_limits<std::uint32_t>::max()} / denominator) {
-      throw CLI::ValidationError("--times", path + ": the times have no common denominator below 2^32; give them as fractions of one");
+      throw CLI::ValidationError(
+          "--times",
+          path + ": the times have no common denominator below 2^32; give them as fractions of one");
     }
     denominator *= factor;
   }
@@ -128,18 +135,21 @@ FrameTimes timesFromFile(const std::string& path, std::size_t frames) {
       throw CLI::ValidationError("--times", fmt::format("{}: time {} is too large", path, i));
     }
     if (i > 0 && ticks <= result.times.back()) {
-      throw CLI::ValidationError("--times", fmt::format("{}: time {} does not come after the one before it", path, i));
+      throw CLI::ValidationError("--times",
+                                 fmt::format("{}: time {} does not come after the one before it", path, i));
     }
     if (i > 0) result.durations.push_back(static_cast<std::uint64_t>(ticks - result.times.back()));
     result.times.push_back(ticks);
   }
-  result.durations.push_back(result.durations.empty() ? static_cast<std::uint64_t>(denominator) : result.durations.back());
+  result.durations.push_back(result.durations.empty() ? static_cast<std::uint64_t>(denominator)
+                                                      : result.durations.back());
   return result;
 }
 
 bool countsFrames(const std::string& pattern) {
   if (std::regex_search(pattern, kCounter)) return true;
-  if (pattern.find('%') != std::string::npos) throw CLI::ValidationError("--output", fmt::format("'{}': only %d and %05d count frames", pattern));
+  if (pattern.find('%') != std::string::npos)
+    throw CLI::ValidationError("--output", fmt::format("'{}': only %d and %05d count frames", pattern));
   return false;
 }
 
@@ -148,7 +158,8 @@ std::string frameName(const std::string& pattern, std::uint64_t number) {
   if (!std::regex_search(pattern, match, kCounter)) return pattern;
   const std::string digits = fmt::format("{}", number);
   const std::size_t width = match[2].str().empty() ? 0 : static_cast<std::size_t>(match[2].str()[0] - '0');
-  const std::string padding(width > digits.size() ? width - digits.size() : 0, match[1].str().empty() ? ' ' : '0');
+  const std::string padding(width > digits.size() ? width - digits.size() : 0,
+                            match[1].str().empty() ? ' ' : '0');
   return match.prefix().str() + padding + digits + match.suffix().str();
 }
 

@@ -39,8 +39,8 @@ struct FrameTimes {
 };
 /// Frame i at i / fps.
 FrameTimes constantRate(const std::string& fps, std::size_t frames);
-/// One time in seconds a line (a fraction or a decimal), rising, as many as frames; empty lines and # comments are skipped.
-/// A last frame lasts as long as the one before it.
+/// One time in seconds a line (a fraction or a decimal), rising, as many as frames; empty lines and #
+/// comments are skipped. A last frame lasts as long as the one before it.
 FrameTimes timesFromFile(const std::string& path, std::size_t frames);
 
 /// Whether an output name counts its frames (holds %d, %05d …), and the name of one frame.

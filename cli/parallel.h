@@ -16,26 +16,31 @@
 namespace isoreel::cli {
 
 /// How many threads `--jobs` stands for: 0 means all that the machine has.
-inline std::size_t threadCount(int jobs) { return static_cast<std::size_t>(jobs > 0 ? jobs : tbb::info::default_concurrency()); }
+inline std::size_t threadCount(int jobs) {
+  return static_cast<std::size_t>(jobs > 0 ? jobs : tbb::info::default_concurrency());
+}
 
 /// Keeps everything to `jobs` threads while it lives.
 class ThreadLimit {
  public:
-  explicit ThreadLimit(int jobs) : control_(tbb::global_control::max_allowed_parallelism, threadCount(jobs)) {}
+  explicit ThreadLimit(int jobs)
+      : control_(tbb::global_control::max_allowed_parallelism, threadCount(jobs)) {}
 
  private:
   tbb::global_control control_;
 };
 
 /// oneTBB's parallel_for, as the library takes it.
-inline void parallelFor(std::size_t count, const std::function<void(std::size_t)>& body) { tbb::parallel_for(std::size_t{0}, count, body); }
+inline void parallelFor(std::size_t count, const std::function<void(std::size_t)>& body) {
+  tbb::parallel_for(std::size_t{0}, count, body);
+}
 
-/// Runs each frame through read (in order, one at a time), work (any thread, any order) and write (in order, one at a
-/// time), with at most `jobs` frames under way. `read` returns false when there are no more. Stops at the first error,
-/// which it returns, and when interrupted; frames before are written.
+/// Runs each frame through read (in order, one at a time), work (any thread, any order) and write (in order,
+/// one at a time), with at most `jobs` frames under way. `read` returns false when there are no more. Stops
+/// at the first error, which it returns, and when interrupted; frames before are written.
 template <class Item>
-Status forEachFrame(int jobs, const std::function<Result<bool>(Item&)>& read, const std::function<Status(Item&)>& work,
-                    const std::function<Status(Item&)>& write) {
+Status forEachFrame(int jobs, const std::function<Result<bool>(Item&)>& read,
+                    const std::function<Status(Item&)>& work, const std::function<Status(Item&)>& write) {
   struct Frame {
     Item item;
     Status status;
@@ -68,9 +73,10 @@ Status forEachFrame(int jobs, const std::function<Result<bool>(Item&)>& read, co
     first_error = frame->status.ok() ? write(frame->item) : frame->status;
     if (!first_error.ok()) stop = true;
   };
-  tbb::parallel_pipeline(threadCount(jobs), tbb::make_filter<void, Pointer>(tbb::filter_mode::serial_in_order, source) &
-                                                tbb::make_filter<Pointer, Pointer>(tbb::filter_mode::parallel, middle) &
-                                                tbb::make_filter<Pointer, void>(tbb::filter_mode::serial_in_order, sink));
+  tbb::parallel_pipeline(threadCount(jobs),
+                         tbb::make_filter<void, Pointer>(tbb::filter_mode::serial_in_order, source) &
+                             tbb::make_filter<Pointer, Pointer>(tbb::filter_mode::parallel, middle) &
+                             tbb::make_filter<Pointer, void>(tbb::filter_mode::serial_in_order, sink));
   return first_error;
 }
 

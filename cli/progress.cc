@@ -28,7 +28,8 @@ void Progress::draw() {
   std::string line = fmt::format("\r\x1b[K{}  {}", what_, done_);
   if (total_) line += fmt::format("/{}", *total_);
   line += fmt::format(" frames  {:.1f} a second", rate);
-  if (total_ && *total_ >= done_) line += fmt::format("  {:.0f} s left", static_cast<double>(*total_ - done_) / rate);
+  if (total_ && *total_ >= done_)
+    line += fmt::format("  {:.0f} s left", static_cast<double>(*total_ - done_) / rate);
   fmt::print(stderr, "{}", line);
 }
 

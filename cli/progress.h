@@ -8,7 +8,8 @@
 
 namespace isoreel::cli {
 
-/// A line on stderr with count, rate and time left, redrawn a few times a second. Nothing when stderr is no terminal.
+/// A line on stderr with count, rate and time left, redrawn a few times a second. Nothing when stderr is no
+/// terminal.
 class Progress {
  public:
   /// `total` may be unknown (a pipe).
@@ -31,7 +32,9 @@ class Progress {
 /// Seconds since construction.
 class Stopwatch {
  public:
-  double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+  double seconds() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  }
 
  private:
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();

@@ -36,7 +36,8 @@ inspect::Box sequenceBox(const Input& input, const FrameRange& range) {
     if (header.faces == 0) continue;
     for (std::size_t c = 0; c < 8; ++c) {
       Vec3d cells{};
-      for (std::size_t axis = 0; axis < 3; ++axis) cells[axis] = (c >> axis & 1 ? header.box_max : header.box_min)[axis] / double{kCell};
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        cells[axis] = (c >> axis & 1 ? header.box_max : header.box_min)[axis] / double{kCell};
       box.add(input.configuration.grid.world(cells));
     }
   }
@@ -48,7 +49,8 @@ std::vector<std::uint64_t> tileFrames(const FrameRange& range, std::size_t tiles
   const std::size_t count = std::min<std::size_t>(tiles, static_cast<std::size_t>(range.size()));
   std::vector<std::uint64_t> frames;
   for (std::size_t i = 0; i < count; ++i) {
-    frames.push_back(range.begin + (count == 1 ? 0 : (i * (range.size() - 1) + (count - 1) / 2) / (count - 1)));
+    frames.push_back(range.begin +
+                     (count == 1 ? 0 : (i * (range.size() - 1) + (count - 1) / 2) / (count - 1)));
   }
   return frames;
 }
@@ -59,13 +61,16 @@ inspect::RenderSettings settingsOf(const RenderOptions& options, bool sheet) {
   const std::string size = options.size.empty() ? (sheet ? "480x360" : "1280x960") : options.size;
   int width = 0, height = 0;
   char rest = 0;
-  if (std::sscanf(size.c_str(), "%dx%d%c", &width, &height, &rest) != 2 || width < 16 || height < 16 || width > 16384 || height > 16384) {
+  if (std::sscanf(size.c_str(), "%dx%d%c", &width, &height, &rest) != 2 || width < 16 || height < 16 ||
+      width > 16384 || height > 16384) {
     throw CLI::ValidationError("--size", fmt::format("'{}' is not WIDTHxHEIGHT from 16 to 16384", size));
   }
   settings.width = width;
   settings.height = height;
   const std::vector<double> angles = parseNumbers("--camera", options.camera);
-  if (angles.size() != 2) throw CLI::ValidationError("--camera", fmt::format("'{}' is not AZIMUTH,ELEVATION in degrees", options.camera));
+  if (angles.size() != 2)
+    throw CLI::ValidationError("--camera",
+                               fmt::format("'{}' is not AZIMUTH,ELEVATION in degrees", options.camera));
   settings.camera.azimuth = angles[0];
   settings.camera.elevation = angles[1];
   settings.camera.zoom = options.zoom;
@@ -81,7 +86,8 @@ Status render(const RenderOptions& options) {
   inspect::RenderSettings settings = settingsOf(options, sheet);
   settings.frame = sequenceBox(input, range);
   std::error_code ignored;
-  if (const std::filesystem::path folder = std::filesystem::path(options.output).parent_path(); !folder.empty()) {
+  if (const std::filesystem::path folder = std::filesystem::path(options.output).parent_path();
+      !folder.empty()) {
     std::filesystem::create_directories(folder, ignored);
   }
   std::vector<std::uint64_t> frames;
@@ -91,7 +97,8 @@ Status render(const RenderOptions& options) {
     for (std::uint64_t i = range.begin; i < range.end; ++i) frames.push_back(i);
   }
   const auto mayWrite = [&](const std::string& path) -> Status {
-    if (!options.force && std::filesystem::exists(path, ignored)) return {ErrorCode::kIo, path + ": is there already (--force replaces it)"};
+    if (!options.force && std::filesystem::exists(path, ignored))
+      return {ErrorCode::kIo, path + ": is there already (--force replaces it)"};
     return {};
   };
   if (!numbered) ISOREEL_TRY(mayWrite(options.output));
@@ -109,7 +116,8 @@ Status render(const RenderOptions& options) {
     const FrameHeader& header = input.packets->header(position);
     if (sheet) {
       images.push_back(std::move(image));
-      captions.push_back(fmt::format("frame {}   {:.4g} s   {} vertices", header.number, input.configuration.time_base.seconds(header.time), header.vertices));
+      captions.push_back(fmt::format("frame {}   {:.4g} s   {} vertices", header.number,
+                                     input.configuration.time_base.seconds(header.time), header.vertices));
     } else {
       const std::string path = frameName(options.output, header.number);
       ISOREEL_TRY(mayWrite(path));
@@ -128,12 +136,18 @@ void addRenderCommand(CLI::App& app, Action& chosen) {
   CLI::App* verb = app.add_subcommand("render", "A picture of a frame, pictures of all, or a contact sheet");
   const auto options = std::make_shared<RenderOptions>();
   verb->add_option("input", options->input, "The .isr file; - for standard input")->required();
-  verb->add_option("-o,--output", options->output, "PNG file: one frame's picture, a contact sheet of several, or with %05d one a frame")->required();
-  verb->add_option("--frames", options->frames, "Only the frames A:B (half-open), A:, :B or A (default: all)");
-  verb->add_option("--size", options->size, "WIDTHxHEIGHT in pixels, of each picture (default: 1280x960; in a contact sheet 480x360)");
-  verb->add_option("--camera", options->camera, "AZIMUTH,ELEVATION in degrees, around the z axis and above the horizon");
+  verb->add_option("-o,--output", options->output,
+                   "PNG file: one frame's picture, a contact sheet of several, or with %05d one a frame")
+      ->required();
+  verb->add_option("--frames", options->frames,
+                   "Only the frames A:B (half-open), A:, :B or A (default: all)");
+  verb->add_option("--size", options->size,
+                   "WIDTHxHEIGHT in pixels, of each picture (default: 1280x960; in a contact sheet 480x360)");
+  verb->add_option("--camera", options->camera,
+                   "AZIMUTH,ELEVATION in degrees, around the z axis and above the horizon");
   verb->add_option("--zoom", options->zoom, "1 fits the whole sequence")->check(CLI::Range(0.01, 100.0));
-  verb->add_option("--tiles", options->tiles, "Pictures in a contact sheet, at most")->check(CLI::Range(1, 400));
+  verb->add_option("--tiles", options->tiles, "Pictures in a contact sheet, at most")
+      ->check(CLI::Range(1, 400));
   verb->add_flag("--facets", options->facets, "Flat triangles instead of smooth shading");
   verb->add_option("--jobs", options->jobs, "Threads; 0: one a core")->check(CLI::Range(0, 256));
   verb->add_flag("--force", options->force, "Replace pictures that are there already");

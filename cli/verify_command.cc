@@ -23,7 +23,8 @@ Status checkFrame(Decoder& decoder, const Packet& packet, const Configuration& t
   const FrameHeader& header = packet.header;
   ISOREEL_ASSIGN(const PacketHeader head, readPacketHeader(packet.data));
   const auto differs = [](const char* what) {
-    return Status(ErrorCode::kBadData, fmt::format("{} of the frame header is not that of the packet (spec container 4.1)", what));
+    return Status(ErrorCode::kBadData,
+                  fmt::format("{} of the frame header is not that of the packet (spec container 4.1)", what));
   };
   if (head.number != header.number) return differs("the number");
   if (head.time != header.time || head.duration != header.duration) return differs("the time");
@@ -68,7 +69,9 @@ Status verifyChunks(const VerifyOptions& options, Findings& findings, std::vecto
       [&](Item& item) -> Status {
         ++findings.frames;
         headers.push_back(item.packet.header);
-        if (!item.status.ok()) findings.problems.push_back(fmt::format("frame {}: {}", item.packet.header.number, item.status.message()));
+        if (!item.status.ok())
+          findings.problems.push_back(
+              fmt::format("frame {}: {}", item.packet.header.number, item.status.message()));
         progress.advance();
         return {};
       });
@@ -79,15 +82,19 @@ Status verifyIndex(const VerifyOptions& options, const std::vector<FrameHeader>&
   ISOREEL_ASSIGN(std::unique_ptr<ByteSource> source, openFile(options.input));
   if (!source->seekable()) return {};
   ISOREEL_ASSIGN(const std::unique_ptr<Reader> reader, Reader::open(std::move(source)));
-  if (!reader->info().indexed) return {ErrorCode::kBadData, "no seek index: the file was not finished, or is cut (spec container 6)"};
+  if (!reader->info().indexed)
+    return {ErrorCode::kBadData, "no seek index: the file was not finished, or is cut (spec container 6)"};
   if (reader->frameCount() != headers.size()) {
-    return {ErrorCode::kBadData, fmt::format("the seek index lists {} frames, the file holds {}", reader->frameCount(), headers.size())};
+    return {ErrorCode::kBadData, fmt::format("the seek index lists {} frames, the file holds {}",
+                                             reader->frameCount(), headers.size())};
   }
   for (std::uint64_t i = 0; i < reader->frameCount(); ++i) {
     Bytes indexed, stored;
     ISOREEL_TRY(writeSyntax(indexed, reader->header(i)));
     ISOREEL_TRY(writeSyntax(stored, headers[i]));
-    if (indexed != stored) return {ErrorCode::kBadData, fmt::format("the seek index does not agree with the header of frame {}", i)};
+    if (indexed != stored)
+      return {ErrorCode::kBadData,
+              fmt::format("the seek index does not agree with the header of frame {}", i)};
     ISOREEL_TRY(reader->packet(i).status());
   }
   return {};
@@ -103,19 +110,26 @@ Status verify(const VerifyOptions& options) {
   }
   if (interrupted) return {ErrorCode::kIo, "interrupted"};
   if (options.json) {
-    fmt::print("{}\n", nlohmann::ordered_json{{"ok", findings.problems.empty()}, {"frames", findings.frames}, {"problems", findings.problems}}.dump());
+    fmt::print("{}\n", nlohmann::ordered_json{{"ok", findings.problems.empty()},
+                                              {"frames", findings.frames},
+                                              {"problems", findings.problems}}
+                           .dump());
   } else {
     for (const std::string& problem : findings.problems) fmt::print("{}: {}\n", options.input, problem);
-    if (findings.problems.empty()) fmt::print("{}: {} frames, every checksum, hash and surface is right\n", options.input, findings.frames);
+    if (findings.problems.empty())
+      fmt::print("{}: {} frames, every checksum, hash and surface is right\n", options.input,
+                 findings.frames);
   }
   if (findings.problems.empty()) return {};
-  return {ErrorCode::kBadData, fmt::format("{}: {} problem{}", options.input, findings.problems.size(), findings.problems.size() == 1 ? "" : "s")};
+  return {ErrorCode::kBadData, fmt::format("{}: {} problem{}", options.input, findings.problems.size(),
+                                           findings.problems.size() == 1 ? "" : "s")};
 }
 
 }  // namespace
 
 void addVerifyCommand(CLI::App& app, Action& chosen) {
-  CLI::App* verb = app.add_subcommand("verify", "Check every checksum, decode every frame, compare hashes, check that surfaces are closed");
+  CLI::App* verb = app.add_subcommand(
+      "verify", "Check every checksum, decode every frame, compare hashes, check that surfaces are closed");
   const auto options = std::make_shared<VerifyOptions>();
   verb->add_option("input", options->input, "The .isr file; - for standard input")->required();
   verb->add_option("--jobs", options->jobs, "Threads; 0: one a core")->check(CLI::Range(0, 256));

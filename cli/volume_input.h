@@ -12,8 +12,19 @@
 
 namespace isoreel::cli {
 
-inline const std::map<std::string, VertexPlacement> kPlacements{{"qef", VertexPlacement::kQef}, {"centroid", VertexPlacement::kCentroid}};
-inline const std::map<std::string, NonFinite> kNonFinite{{"error", NonFinite::kRefuse}, {"outside", NonFinite::kOutside}};
+inline const std::map<std::string, VertexPlacement> kPlacements{{"qef", VertexPlacement::kQef},
+                                                                {"centroid", VertexPlacement::kCentroid}};
+inline const std::map<std::string, NonFinite> kNonFinite{{"error", NonFinite::kRefuse},
+                                                         {"outside", NonFinite::kOutside}};
+
+/// The value that `text` names; throws CLI::ValidationError for any other text.
+template <class Value>
+Value choice(const std::string& option, const std::map<std::string, Value>& values, const std::string& text) {
+  if (const auto found = values.find(text); found != values.end()) return found->second;
+  std::string names;
+  for (const auto& [name, value] : values) names += (names.empty() ? "" : " or ") + name;
+  throw CLI::ValidationError(option, "'" + text + "' is not " + names);
+}
 
 /// Adds INPUT..., --grid and --nan.
 struct VolumeInput {
@@ -22,10 +33,15 @@ struct VolumeInput {
   NonFinite non_finite = NonFinite::kRefuse;
 
   void add(CLI::App& verb) {
-    verb.add_option("input", paths, "Volume files in order, a 4-D file, a folder, or a pattern such as frame_%04d.vdb")->required();
-    verb.add_option("--grid", options.grid, "OpenVDB: the grid to read (default: the only one, or the only level set)");
-    verb.add_option("--nan", non_finite, "Samples that are not finite: an error, or outside")
-        ->transform(CLI::CheckedTransformer(kNonFinite).description(""))
+    verb.add_option("input", paths,
+                    "Volume files in order, a 4-D file, a folder, or a pattern such as frame_%04d.vdb")
+        ->required()
+        ->default_str("");
+    verb.add_option("--grid", options.grid,
+                    "OpenVDB: the grid to read (default: the only one, or the only level set)");
+    verb.add_option_function<std::string>(
+            "--nan", [this](const std::string& text) { non_finite = choice("--nan", kNonFinite, text); },
+            "Samples that are not finite: an error, or outside")
         ->default_str("error")
         ->type_name("error|outside");
   }

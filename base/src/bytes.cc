@@ -6,8 +6,8 @@
 namespace isoreel {
 namespace {
 
-// Slicing by eight: table[k][b] is the CRC of byte b followed by k zero bytes. The decoder may link nothing but zstd
-// and xxHash, hence these few lines instead of a library.
+// Slicing by eight: table[k][b] is the CRC of byte b followed by k zero bytes. The decoder may link nothing
+// but zstd and xxHash, hence these few lines instead of a library.
 constexpr auto kTables = [] {
   std::array<std::array<std::uint32_t, 256>, 8> tables{};
   for (std::uint32_t b = 0; b < 256; ++b) {
@@ -30,8 +30,8 @@ std::uint32_t crc32c(ByteSpan bytes, std::uint32_t previous) {
   std::size_t i = 0;
   for (; i + 8 <= bytes.size(); i += 8) {
     const std::uint8_t* p = bytes.data() + i;
-    const std::uint32_t low = crc ^ (std::uint32_t{p[0]} | std::uint32_t{p[1]} << 8 | std::uint32_t{p[2]} << 16 |
-                                     std::uint32_t{p[3]} << 24);
+    const std::uint32_t low = crc ^ (std::uint32_t{p[0]} | std::uint32_t{p[1]} << 8 |
+                                     std::uint32_t{p[2]} << 16 | std::uint32_t{p[3]} << 24);
     crc = kTables[7][low & 0xFF] ^ kTables[6][(low >> 8) & 0xFF] ^ kTables[5][(low >> 16) & 0xFF] ^
           kTables[4][low >> 24] ^ kTables[3][p[4]] ^ kTables[2][p[5]] ^ kTables[1][p[6]] ^ kTables[0][p[7]];
   }

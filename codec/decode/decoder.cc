@@ -21,10 +21,12 @@ class Payload {
     std::uint64_t length = 0;
     for (const Section& s : result.header_.sections) length += s.bytes;
     if (rest.size() > length) {
-      return {ErrorCode::kBadData, "packet: " + std::to_string(rest.size() - length) + " bytes behind its last section (spec codec 3.2)"};
+      return {ErrorCode::kBadData, "packet: " + std::to_string(rest.size() - length) +
+                                       " bytes behind its last section (spec codec 3.2)"};
     }
     if (rest.size() < length && !options.allow_prefix) {
-      return {ErrorCode::kTruncated, "packet: cut short by " + std::to_string(length - rest.size()) + " bytes (spec codec 3.2)"};
+      return {ErrorCode::kTruncated,
+              "packet: cut short by " + std::to_string(length - rest.size()) + " bytes (spec codec 3.2)"};
     }
     if (rest.size() == length && crc32c(rest) != result.header_.payload_crc) {
       return {ErrorCode::kBadData, "packet: its payload CRC does not match (spec codec 3.2)"};
@@ -57,42 +59,51 @@ class Payload {
 };
 
 Status leftOver(const char* what, std::uint32_t level) {
-  return {ErrorCode::kBadData, std::string(what) + " of level " + std::to_string(level) + ": not used to their end (spec codec 6.2)"};
+  return {ErrorCode::kBadData, std::string(what) + " of level " + std::to_string(level) +
+                                   ": not used to their end (spec codec 6.2)"};
 }
 
-/// Where the signs alone put the vertices of a level's active cells: coarser cells are larger, and what lies outside the
-/// grid is moved to its border.
-std::vector<GridPosition> verticesFromSigns(const std::vector<Cell>& cells, const Grid& grid, std::uint32_t shift) {
+/// Where the signs alone put the vertices of a level's active cells: coarser cells are larger, and what lies
+/// outside the grid is moved to its border.
+std::vector<GridPosition> verticesFromSigns(const std::vector<Cell>& cells, const Grid& grid,
+                                            std::uint32_t shift) {
   std::vector<GridPosition> result(cells.size());
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const LocalFrame& frame = kLocalFrames[cells[i].corners];
     const std::array<std::int64_t, 3> base{cells[i].x, cells[i].y, cells[i].z};
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const std::int64_t position = (base[axis] * kCell + frame.vertex[axis]) << shift;
-      result[i][axis] = static_cast<std::int32_t>(std::min<std::int64_t>(position, std::int64_t{grid.nodes[axis] - 1} * kCell));
+      result[i][axis] = static_cast<std::int32_t>(
+          std::min<std::int64_t>(position, std::int64_t{grid.nodes[axis] - 1} * kCell));
     }
   }
   return result;
 }
 
 Status counts(const char* what, std::size_t found, std::uint32_t stated) {
-  return {ErrorCode::kBadData,
-          "packet: " + std::to_string(found) + " " + what + ", where its header says " + std::to_string(stated) + " (spec codec 3.1)"};
+  return {ErrorCode::kBadData, "packet: " + std::to_string(found) + " " + what + ", where its header says " +
+                                   std::to_string(stated) + " (spec codec 3.1)"};
 }
 
 /// The vertices of the full surface (spec codec 5.2).
-Status decodeVertices(const PacketHeader& header, ByteSpan bytes, const std::vector<Cell>& cells, VertexModels& models, Surface& surface) {
+Status decodeVertices(const PacketHeader& header, ByteSpan bytes, const std::vector<Cell>& cells,
+                      VertexModels& models, Surface& surface) {
   if (cells.size() != header.vertices) return counts("active cells", cells.size(), header.vertices);
-  const ResidualSteps steps{static_cast<std::int32_t>(header.step), static_cast<std::int32_t>(header.tangential_step)};
+  const ResidualSteps steps{static_cast<std::int32_t>(header.step),
+                            static_cast<std::int32_t>(header.tangential_step)};
   RangeGet coder(bytes);
   models.reset();
   surface.vertices.resize(cells.size());
   for (std::size_t i = 0; i < cells.size(); ++i) {
-    const auto in_cell = reconstruct(kLocalFrames[cells[i].corners], codeVertex(coder, models, cells[i].corners, {}), steps);
-    surface.vertices[i] = {cells[i].x * kCell + in_cell[0], cells[i].y * kCell + in_cell[1], cells[i].z * kCell + in_cell[2]};
+    const auto in_cell =
+        reconstruct(kLocalFrames[cells[i].corners], codeVertex(coder, models, cells[i].corners, {}), steps);
+    surface.vertices[i] = {cells[i].x * kCell + in_cell[0], cells[i].y * kCell + in_cell[1],
+                           cells[i].z * kCell + in_cell[2]};
   }
   if (!coder.finished()) {
-    return {ErrorCode::kBadData, std::string("vertices: ") + (coder.overrun() ? "end too early" : "not used to their end") + " (spec codec 6.2)"};
+    return {ErrorCode::kBadData, std::string("vertices: ") +
+                                     (coder.overrun() ? "end too early" : "not used to their end") +
+                                     " (spec codec 6.2)"};
   }
   return {};
 }
@@ -112,13 +123,16 @@ Decoder::~Decoder() = default;
 Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
   ISOREEL_ASSIGN(const Payload payload, Payload::open(packet, options));
   const PacketHeader& header = payload.header();
-  if (header.type != PacketType::kIntra) return {ErrorCode::kUnsupported, "packet type P is reserved in version 1 (spec codec 3.1)"};
+  if (header.type != PacketType::kIntra)
+    return {ErrorCode::kUnsupported, "packet type P is reserved in version 1 (spec codec 3.1)"};
   if (header.vertices > options.max_vertices) {
-    return {ErrorCode::kLimit, "packet: " + std::to_string(header.vertices) + " vertices, above the limit of " + std::to_string(options.max_vertices)};
+    return {ErrorCode::kLimit, "packet: " + std::to_string(header.vertices) +
+                                   " vertices, above the limit of " + std::to_string(options.max_vertices)};
   }
   // Each vertex takes at least three decisions, and none is cheaper than 1/950 of a bit (spec codec 6.1).
   if (header.vertices / 3072 > payload.wholeSize()) {
-    return {ErrorCode::kBadData, "packet: " + std::to_string(header.vertices) + " vertices cannot come from " + std::to_string(payload.wholeSize()) +
+    return {ErrorCode::kBadData, "packet: " + std::to_string(header.vertices) +
+                                     " vertices cannot come from " + std::to_string(payload.wholeSize()) +
                                      " bytes (spec codec 6.1)"};
   }
   ISOREEL_ASSIGN(const Configuration configuration, readConfiguration(header.configuration));
@@ -130,9 +144,11 @@ Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
   const std::uint32_t wanted = std::min(options.level.value_or(depth), depth);
   std::uint32_t level = 0;  // the level that the tree is at
   for (std::uint32_t next = 0; next <= wanted; ++next) {
-    const auto sign_bytes = payload.section(SectionKind::kSigns, next), leaf_bytes = payload.section(SectionKind::kLeaves, next);
+    const auto sign_bytes = payload.section(SectionKind::kSigns, next),
+               leaf_bytes = payload.section(SectionKind::kLeaves, next);
     if (!sign_bytes || !leaf_bytes) {
-      if (next == 0) return {ErrorCode::kTruncated, "packet: cut before its first level is whole (spec codec 3.2)"};
+      if (next == 0)
+        return {ErrorCode::kTruncated, "packet: cut before its first level is whole (spec codec 3.2)"};
       break;
     }
     level = next;

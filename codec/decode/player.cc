@@ -5,7 +5,8 @@ namespace isoreel {
 
 Result<Surface> Player::frame(std::uint64_t position, const DecodeOptions& options) {
   if (position >= frameCount()) {
-    return {ErrorCode::kNotFound, "no frame " + std::to_string(position) + ": the sequence has " + std::to_string(frameCount())};
+    return {ErrorCode::kNotFound,
+            "no frame " + std::to_string(position) + ": the sequence has " + std::to_string(frameCount())};
   }
   const std::string place = "frame " + std::to_string(source_.header(position).number);
   Result<Bytes> packet = source_.packet(position);

@@ -13,11 +13,13 @@
 namespace isoreel {
 namespace {
 
-// A vertex may slide on the surface: its tangential steps are larger. At equal distance to the extracted mesh, 3 took
-// about 5 % off the vertex bits of 2 on droplets, splash and head scan; to the volume's isosurface more.
+// A vertex may slide on the surface: its tangential steps are larger. At equal distance to the extracted
+// mesh, 3 took about 5 % off the vertex bits of 2 on droplets, splash and head scan; to the volume's
+// isosurface more.
 constexpr std::uint32_t kTangentialRatio = 3;
 
-/// Appends the stream that `write(coder)` makes to the payload, and its entry to the section table when it has any bytes.
+/// Appends the stream that `write(coder)` makes to the payload, and its entry to the section table when it
+/// has any bytes.
 template <class Write>
 void addSection(PacketHeader& header, Bytes& payload, SectionKind kind, std::uint32_t level, Write write) {
   const std::size_t start = payload.size();
@@ -25,13 +27,16 @@ void addSection(PacketHeader& header, Bytes& payload, SectionKind kind, std::uin
   write(coder);
   coder.finish();
   if (payload.size() > start) {
-    header.sections.push_back({static_cast<std::uint32_t>(kind), level, static_cast<std::uint32_t>(payload.size() - start)});
+    header.sections.push_back(
+        {static_cast<std::uint32_t>(kind), level, static_cast<std::uint32_t>(payload.size() - start)});
   }
 }
 
 /// Signs and leaf bits of every level, coarse to fine (spec codec 4). Ends where nothing is heterogeneous.
-Status writeSigns(const Grid& grid, const OctreeTruth& truth, std::size_t vertices, PacketHeader& header, Bytes& payload) {
-  SignTree<RangePut, OctreeTruth> tree(grid, truth, vertices);
+Status writeSigns(const Grid& grid, const SignBitmap& bitmap, std::span<const Cell> cells,
+                  PacketHeader& header, Bytes& payload) {
+  const SparseOctree octree(cells, octreeDepth(grid));
+  SignTree<RangePut, OctreeTruth> tree(grid, OctreeTruth(bitmap, octree), cells.size());
   for (std::uint32_t level = 0; level <= tree.depth(); ++level) {
     Bytes leaf_bytes;
     RangePut leaves(leaf_bytes);
@@ -42,7 +47,8 @@ Status writeSigns(const Grid& grid, const OctreeTruth& truth, std::size_t vertic
     ISOREEL_TRY(status);
     leaves.finish();
     if (!leaf_bytes.empty()) {
-      header.sections.push_back({static_cast<std::uint32_t>(SectionKind::kLeaves), level, static_cast<std::uint32_t>(leaf_bytes.size())});
+      header.sections.push_back({static_cast<std::uint32_t>(SectionKind::kLeaves), level,
+                                 static_cast<std::uint32_t>(leaf_bytes.size())});
       payload.insert(payload.end(), leaf_bytes.begin(), leaf_bytes.end());
     }
     if (tree.cells().empty()) break;
@@ -50,13 +56,15 @@ Status writeSigns(const Grid& grid, const OctreeTruth& truth, std::size_t vertic
   return {};
 }
 
-Residual quantise(const std::array<std::int32_t, 3>& vertex, const LocalFrame& frame, const ResidualSteps& steps) {
+Residual quantise(const std::array<std::int32_t, 3>& vertex, const LocalFrame& frame,
+                  const ResidualSteps& steps) {
   const auto along = [&](const std::array<std::int32_t, 3>& axis, std::int32_t step) {
     double dot = 0;
     for (std::size_t k = 0; k < 3; ++k) dot += static_cast<double>(vertex[k] - frame.vertex[k]) * axis[k];
     return static_cast<std::int32_t>(std::lround(dot / kCell / step));
   };
-  return {along(frame.normal, steps.normal), along(frame.tangent1, steps.tangential), along(frame.tangent2, steps.tangential)};
+  return {along(frame.normal, steps.normal), along(frame.tangent1, steps.tangential),
+          along(frame.tangent2, steps.tangential)};
 }
 
 }  // namespace
@@ -86,18 +94,21 @@ Result<Packet> Encoder::encode(const Volume& volume, const FrameTiming& timing, 
   const EncoderSettings& settings = state_->settings;
   const Grid& grid = settings.configuration.grid;
   if (volume.grid.nodes != grid.nodes) {
-    return {ErrorCode::kInvalidArgument, "frame " + std::to_string(timing.number) + ": its grid differs in size from the sequence's"};
+    return {ErrorCode::kInvalidArgument,
+            "frame " + std::to_string(timing.number) + ": its grid differs in size from the sequence's"};
   }
   if (volume.samples.size() != grid.nodeCount()) {
-    return {ErrorCode::kInvalidArgument, "frame " + std::to_string(timing.number) + ": fewer or more samples than its grid has nodes"};
+    return {ErrorCode::kInvalidArgument,
+            "frame " + std::to_string(timing.number) + ": fewer or more samples than its grid has nodes"};
   }
   if (!std::isfinite(timing.isovalue)) return {ErrorCode::kInvalidArgument, "the isovalue is not finite"};
 
   ISOREEL_ASSIGN(const SignBitmap bitmap,
-                 SignBitmap::make(volume, timing.isovalue, settings.configuration.inside, settings.non_finite, settings.parallel));
+                 SignBitmap::make(volume, timing.isovalue, settings.configuration.inside, settings.non_finite,
+                                  settings.parallel));
   const std::vector<Cell> cells = bitmap.activeCells(settings.parallel);
-  if (cells.size() > 0xFFFFFFFFu / 4) return {ErrorCode::kLimit, "the surface has more than 2^30 vertices (spec codec 3.1)"};
-  auto vertices = placeVertices(volume, timing.isovalue, cells, settings.placement, settings.parallel);
+  if (cells.size() > 0xFFFFFFFFu / 4)
+    return {ErrorCode::kLimit, "the surface has more than 2^30 vertices (spec codec 3.1)"};
 
   PacketHeader header;
   header.number = timing.number;
@@ -110,18 +121,20 @@ Result<Packet> Encoder::encode(const Volume& volume, const FrameTiming& timing, 
   header.vertices = static_cast<std::uint32_t>(cells.size());
 
   Bytes payload;
-  const SparseOctree octree(cells, octreeDepth(grid));
-  ISOREEL_TRY(writeSigns(grid, OctreeTruth(bitmap, octree), cells.size(), header, payload));
+  ISOREEL_TRY(writeSigns(grid, bitmap, cells, header, payload));
   const std::size_t sign_bytes = payload.size();
 
+  auto vertices = placeVertices(volume, timing.isovalue, cells, settings.placement, settings.parallel);
   Packet packet;
   double squares = 0, largest = 0;
   addSection(header, payload, SectionKind::kVertices, 0, [&](RangePut& coder) {
     VertexModels models;
-    const ResidualSteps steps{static_cast<std::int32_t>(header.step), static_cast<std::int32_t>(header.tangential_step)};
+    const ResidualSteps steps{static_cast<std::int32_t>(header.step),
+                              static_cast<std::int32_t>(header.tangential_step)};
     for (std::size_t i = 0; i < cells.size(); ++i) {
       const LocalFrame& frame = kLocalFrames[cells[i].corners];
-      const Residual residual = codeVertex(coder, models, cells[i].corners, quantise(vertices[i], frame, steps));
+      const Residual residual =
+          codeVertex(coder, models, cells[i].corners, quantise(vertices[i], frame, steps));
       const auto decoded = reconstruct(frame, residual, steps);
       double square = 0;
       for (std::size_t k = 0; k < 3; ++k) {
@@ -136,7 +149,8 @@ Result<Packet> Encoder::encode(const Volume& volume, const FrameTiming& timing, 
 
   Surface surface;
   surface.grid = grid;
-  surface.vertices = gridPositions(cells, vertices);
+  toGridPositions(cells, vertices);
+  surface.vertices = std::move(vertices);
   CellIndex index;
   index.build(cells);
   surface.quads = dualQuads(cells, index);
@@ -148,13 +162,15 @@ Result<Packet> Encoder::encode(const Volume& volume, const FrameTiming& timing, 
   facts.isovalue = timing.isovalue;
   measureSurface(surface, cells, bitmap.insideCells(), facts);
   facts.error_kind = ErrorKind::kExtracted;
-  facts.error_rms = static_cast<float>(cells.empty() ? 0 : std::sqrt(squares / static_cast<double>(cells.size())));
+  facts.error_rms =
+      static_cast<float>(cells.empty() ? 0 : std::sqrt(squares / static_cast<double>(cells.size())));
   facts.error_max = static_cast<float>(std::sqrt(largest));
 
   header.faces = facts.faces;
   header.surface_hash = facts.surface_hash;
   ISOREEL_ASSIGN(packet.data, writePacket(std::move(header), payload));
-  if (sizes != nullptr) *sizes = {sign_bytes, 0, payload.size() - sign_bytes, packet.data.size() - payload.size()};
+  if (sizes != nullptr)
+    *sizes = {sign_bytes, 0, payload.size() - sign_bytes, packet.data.size() - payload.size()};
   return packet;
 }
 

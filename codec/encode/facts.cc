@@ -5,33 +5,27 @@
 #include <cmath>
 #include <numeric>
 
+#include "lattice/triangulate.h"
+
 namespace isoreel {
 namespace {
 
-Vec3d minus(const Vec3d& a, const Vec3d& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-
-double triangleArea(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
-  const Vec3d u = minus(b, a), v = minus(c, a);
-  return std::hypot(u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]) / 2;
-}
-
 double surfaceArea(const Surface& surface) {
   double area = 0;
-  for (const Triangle& t : surface.triangles()) area += triangleArea(surface.world(t[0]), surface.world(t[1]), surface.world(t[2]));
+  forEachTriangle(surface, [&](const Triangle&, const Vec3d& a, const Vec3d& b, const Vec3d& c) {
+    area += std::sqrt(squaredLength(cross(minus(b, a), minus(c, a)))) / 2;
+  });
   return area;
 }
 
 /// World volume of one cell.
 double cellVolume(const Grid& grid) {
-  const auto& d = grid.direction;
-  const double determinant =
-      d[0] * (d[4] * d[8] - d[5] * d[7]) - d[1] * (d[3] * d[8] - d[5] * d[6]) + d[2] * (d[3] * d[7] - d[4] * d[6]);
-  return std::abs(determinant) * grid.spacing[0] * grid.spacing[1] * grid.spacing[2];
+  return std::abs(determinant(grid)) * grid.spacing[0] * grid.spacing[1] * grid.spacing[2];
 }
 
-/// How much more is inside than if every sign-changing edge were crossed in its middle, in cells: an edge's crossing is
-/// the mean of the vertices around it, and the three axes are averaged. Each cell has a quarter of its edges, at the
-/// border too, where fewer cells share an edge of which less counts.
+/// How much more is inside than if every sign-changing edge were crossed in its middle, in cells: an edge's
+/// crossing is the mean of the vertices around it, and the three axes are averaged. Each cell has a quarter
+/// of its edges, at the border too, where fewer cells share an edge of which less counts.
 double insideCorrection(const Surface& surface, std::span<const Cell> cells) {
   double sum = 0;
   for (std::size_t i = 0; i < cells.size(); ++i) {
@@ -55,14 +49,16 @@ std::uint32_t root(std::vector<std::uint32_t>& parents, std::uint32_t i) {
 
 }  // namespace
 
-void measureSurface(const Surface& surface, std::span<const Cell> cells, double inside_cells, FrameHeader& header) {
+void measureSurface(const Surface& surface, std::span<const Cell> cells, double inside_cells,
+                    FrameHeader& header) {
   header.vertices = static_cast<std::uint32_t>(surface.vertices.size());
   header.faces = static_cast<std::uint32_t>(surface.quads.size());
   header.area = surfaceArea(surface);
   header.volume = (inside_cells + insideCorrection(surface, cells)) * cellVolume(surface.grid);
   header.surface_hash = surfaceHash(surface);
 
-  // Edges of the mesh join cells that share a face: bit a of a vertex marks its edge towards the cell one lower along a.
+  // Edges of the mesh join cells that share a face: bit a of a vertex marks its edge towards the cell one
+  // lower along a.
   std::vector<std::uint8_t> edges(surface.vertices.size(), 0);
   std::vector<bool> used(surface.vertices.size(), false);
   std::vector<std::uint32_t> parents(surface.vertices.size());

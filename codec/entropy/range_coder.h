@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Binary adaptive range coder: put and get side by side (spec codec 6). The idea of coding both ways over the same
-// states is that of FFV1 (RFC 9043, 3.8.1); the 64-bit window, refilled 32 bits at a time, keeps the decoder's only
-// unpredictable branch the coded bit itself.
+// Binary adaptive range coder: put and get side by side (spec codec 6). The idea of coding both ways over the
+// same states is that of FFV1 (RFC 9043, 3.8.1); the 64-bit window, refilled 32 bits at a time, keeps the
+// decoder's only unpredictable branch the coded bit itself.
 #pragma once
 
 #include <isoreel/base/bytes.h>
@@ -11,7 +11,8 @@
 
 namespace isoreel {
 
-/// An adaptive probability of a 1: the mean of what was seen, then an exponential average over about the last 160.
+/// An adaptive probability of a 1: the mean of what was seen, then an exponential average over about the last
+/// 160.
 struct BitModel {
   std::uint16_t one = 1u << 15;  // probability of a 1, in 1/65536
   std::uint16_t seen = 0;
@@ -23,7 +24,8 @@ struct BitModel {
   void update(bool bit) {
     const std::int32_t p = one;
     const std::int32_t rate = kRates[seen];
-    one = static_cast<std::uint16_t>(bit ? p + (((65536 - kFloor - p) * rate + 0xFFFF) >> 16) : p - (((p - kFloor) * rate + 0xFFFF) >> 16));
+    one = static_cast<std::uint16_t>(bit ? p + (((65536 - kFloor - p) * rate + 0xFFFF) >> 16)
+                                         : p - (((p - kFloor) * rate + 0xFFFF) >> 16));
     seen = static_cast<std::uint16_t>(seen + (seen < kLimit));
   }
 
@@ -36,7 +38,8 @@ struct BitModel {
   }();
 };
 
-/// The coder that writes. code() takes the bit to write and returns it, so that one templated function serves both ways.
+/// The coder that writes. code() takes the bit to write and returns it, so that one templated function serves
+/// both ways.
 class RangePut {
  public:
   static constexpr bool kPuts = true;
@@ -99,7 +102,8 @@ class RangePut {
   std::uint64_t range_ = ~std::uint64_t{0};
 };
 
-/// The coder that reads. Bytes behind the end are zeros; overrun() tells when more were taken than any writer leaves out.
+/// The coder that reads. Bytes behind the end are zeros; overrun() tells when more were taken than any writer
+/// leaves out.
 class RangeGet {
  public:
   static constexpr bool kPuts = false;
@@ -142,7 +146,8 @@ class RangeGet {
     std::uint32_t value = 0;
     if (position_ + 4 <= in_.size()) {
       const std::uint8_t* p = in_.data() + position_;
-      value = std::uint32_t{p[0]} << 24 | std::uint32_t{p[1]} << 16 | std::uint32_t{p[2]} << 8 | std::uint32_t{p[3]};
+      value = std::uint32_t{p[0]} << 24 | std::uint32_t{p[1]} << 16 | std::uint32_t{p[2]} << 8 |
+              std::uint32_t{p[3]};
     } else {
       for (std::size_t i = 0; i < 4; ++i) {
         value = value << 8 | (position_ + i < in_.size() ? std::uint32_t{in_[position_ + i]} : 0u);

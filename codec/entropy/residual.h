@@ -15,8 +15,9 @@ struct ResidualModels {
   static constexpr int kMaxExponent = 15;  // magnitudes 1 to 65535
   BitModel zero;
   BitModel negative;
-  std::array<BitModel, kMaxExponent> more;                    // whether the exponent is above i
-  std::array<std::array<BitModel, 8>, kMaxExponent> mantissa;  // by exponent - 1: the three highest bits, as a tree
+  std::array<BitModel, kMaxExponent> more;  // whether the exponent is above i
+  std::array<std::array<BitModel, 8>, kMaxExponent>
+      mantissa;  // by exponent - 1: the three highest bits, as a tree
 };
 
 /// Puts or gets a residual, |value| <= 65535.
@@ -27,7 +28,8 @@ std::int32_t codeResidual(Coder& coder, ResidualModels& models, std::int32_t val
   std::uint32_t magnitude = static_cast<std::uint32_t>(value < 0 ? -value : value);
   const int target = Coder::kPuts ? static_cast<int>(std::bit_width(magnitude)) - 1 : 0;
   int exponent = 0;
-  while (exponent < ResidualModels::kMaxExponent && coder.code(models.more[static_cast<std::size_t>(exponent)], target > exponent)) {
+  while (exponent < ResidualModels::kMaxExponent &&
+         coder.code(models.more[static_cast<std::size_t>(exponent)], target > exponent)) {
     ++exponent;
   }
   std::uint32_t result = 1;

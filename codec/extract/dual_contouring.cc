@@ -13,9 +13,10 @@ using Eigen::Vector3d;
 
 // Planes whose eigenvalue is below this part of the largest say nothing: the rank is revealed here.
 constexpr double kRankTolerance = 0.05;
-// Planes that meet in a point, as at a sharp edge, are followed to it. Planes that miss each other, as where curvature
-// or noise is finer than the grid, draw less, and the mass point more: by this much for each cell of their RMS distance.
-// On droplets, splash and head scan this brought the mesh 15 to 19 % closer to the volume's isosurface.
+// Planes that meet in a point, as at a sharp edge, are followed to it. Planes that miss each other, as where
+// curvature or noise is finer than the grid, draw less, and the mass point more: by this much for each cell
+// of their RMS distance. On droplets, splash and head scan this brought the mesh 15 to 19 % closer to the
+// volume's isosurface.
 constexpr double kPullPerCell = 30;
 constexpr double kMaxPull = 1;
 constexpr std::size_t kCellsPerTask = 2048;
@@ -25,8 +26,8 @@ double finiteOr(float sample, double instead) {
   return value - value == 0.0 ? value : instead;
 }
 
-/// Gradient of the samples at a node: central differences, one-sided at the border; a sample that is not finite counts
-/// as the node's own.
+/// Gradient of the samples at a node: central differences, one-sided at the border; a sample that is not
+/// finite counts as the node's own.
 Vector3d gradientAt(const Volume& volume, const std::array<std::uint32_t, 3>& node, double isovalue) {
   Vector3d gradient;
   const double here = finiteOr(volume.at(node[0], node[1], node[2]), isovalue);
@@ -34,8 +35,9 @@ Vector3d gradientAt(const Volume& volume, const std::array<std::uint32_t, 3>& no
     std::array<std::uint32_t, 3> low = node, high = node;
     if (node[axis] > 0) --low[axis];
     if (node[axis] + 1 < volume.grid.nodes[axis]) ++high[axis];
-    gradient[static_cast<Eigen::Index>(axis)] =
-        (finiteOr(volume.at(high[0], high[1], high[2]), here) - finiteOr(volume.at(low[0], low[1], low[2]), here)) / (high[axis] - low[axis]);
+    gradient[static_cast<Eigen::Index>(axis)] = (finiteOr(volume.at(high[0], high[1], high[2]), here) -
+                                                 finiteOr(volume.at(low[0], low[1], low[2]), here)) /
+                                                (high[axis] - low[axis]);
   }
   return gradient;
 }
@@ -47,7 +49,8 @@ struct Planes {
   std::size_t count = 0;
 };
 
-/// Least squares of the planes around their mass point, in the directions that they determine; the others keep it.
+/// Least squares of the planes around their mass point, in the directions that they determine; the others
+/// keep it.
 Vector3d minimise(const Planes& planes, const Vector3d& mass_point) {
   Matrix3d matrix = Matrix3d::Zero();
   Vector3d right = Vector3d::Zero();
@@ -70,7 +73,8 @@ Vector3d minimise(const Planes& planes, const Vector3d& mass_point) {
   };
   const Vector3d least = solve(0);
   double squares = 0;
-  for (std::size_t i = 0; i < planes.count; ++i) squares += std::pow(planes.normals[i].dot(planes.points[i] - least), 2);
+  for (std::size_t i = 0; i < planes.count; ++i)
+    squares += std::pow(planes.normals[i].dot(planes.points[i] - least), 2);
   const double miss = std::sqrt(squares / static_cast<double>(planes.count));
   return solve(std::min(kMaxPull, kPullPerCell * miss));
 }
@@ -86,11 +90,13 @@ Vector3d keepInside(const Vector3d& start, const Vector3d& end) {
   return start + (end - start) * t;
 }
 
-std::array<std::int32_t, 3> placeVertex(const Volume& volume, double isovalue, const Cell& cell, VertexPlacement placement) {
+std::array<std::int32_t, 3> placeVertex(const Volume& volume, double isovalue, const Cell& cell,
+                                        VertexPlacement placement) {
   Planes planes;
   Vector3d mass_point = Vector3d::Zero();
   const auto node = [&cell](std::uint32_t corner) {
-    return std::array<std::uint32_t, 3>{cell.x + (corner & 1), cell.y + (corner >> 1 & 1), cell.z + (corner >> 2)};
+    return std::array<std::uint32_t, 3>{cell.x + (corner & 1), cell.y + (corner >> 1 & 1),
+                                        cell.z + (corner >> 2)};
   };
   for (std::uint32_t a = 0; a < 8; ++a) {
     for (std::uint32_t axis = 0; axis < 3; ++axis) {
@@ -107,7 +113,8 @@ std::array<std::int32_t, 3> placeVertex(const Volume& volume, double isovalue, c
       mass_point += point;
       planes.points[planes.count] = point;
       if (placement == VertexPlacement::kQef) {
-        const Vector3d gradient = gradientAt(volume, low, isovalue) * (1 - t) + gradientAt(volume, high, isovalue) * t;
+        const Vector3d gradient =
+            gradientAt(volume, low, isovalue) * (1 - t) + gradientAt(volume, high, isovalue) * t;
         const double length = gradient.norm();
         planes.normals[planes.count] = length > 0 ? Vector3d(gradient / length) : Vector3d(Vector3d::Zero());
       }
@@ -130,12 +137,13 @@ std::array<std::int32_t, 3> placeVertex(const Volume& volume, double isovalue, c
 
 }  // namespace
 
-std::vector<std::array<std::int32_t, 3>> placeVertices(const Volume& volume, double isovalue, std::span<const Cell> cells,
-                                                       VertexPlacement placement, const ParallelFor& parallel) {
-  std::vector<std::array<std::int32_t, 3>> vertices(cells.size());
+std::vector<GridPosition> placeVertices(const Volume& volume, double isovalue, std::span<const Cell> cells,
+                                        VertexPlacement placement, const ParallelFor& parallel) {
+  std::vector<GridPosition> vertices(cells.size());
   parallel((cells.size() + kCellsPerTask - 1) / kCellsPerTask, [&](std::size_t task) {
     const std::size_t end = std::min(cells.size(), (task + 1) * kCellsPerTask);
-    for (std::size_t i = task * kCellsPerTask; i < end; ++i) vertices[i] = placeVertex(volume, isovalue, cells[i], placement);
+    for (std::size_t i = task * kCellsPerTask; i < end; ++i)
+      vertices[i] = placeVertex(volume, isovalue, cells[i], placement);
   });
   return vertices;
 }

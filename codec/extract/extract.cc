@@ -7,15 +7,15 @@
 
 namespace isoreel {
 
-Result<Surface> extractSurface(const Volume& volume, double isovalue, Inside inside, VertexPlacement placement, NonFinite non_finite,
-                               const ParallelFor& parallel) {
+Result<Surface> extractSurface(const Volume& volume, double isovalue, Inside inside,
+                               VertexPlacement placement, NonFinite non_finite, const ParallelFor& parallel) {
   ISOREEL_TRY(checkGrid(volume.grid));
   ISOREEL_ASSIGN(const SignBitmap bitmap, SignBitmap::make(volume, isovalue, inside, non_finite, parallel));
   const std::vector<Cell> cells = bitmap.activeCells(parallel);
-  const auto vertices = placeVertices(volume, isovalue, cells, placement, parallel);
   Surface surface;
   surface.grid = volume.grid;
-  surface.vertices = gridPositions(cells, vertices);
+  surface.vertices = placeVertices(volume, isovalue, cells, placement, parallel);
+  toGridPositions(cells, surface.vertices);
   CellIndex index;
   index.build(cells);
   surface.quads = dualQuads(cells, index);

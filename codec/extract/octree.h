@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The sparse octree of the sign bitmap, built bottom-up, and the Truth that the sign coder asks (paper, section 2).
+// The sparse octree of the sign bitmap, built bottom-up, and the Truth that the sign coder asks (paper,
+// section 2).
 #pragma once
 
 #include <span>
@@ -19,7 +20,8 @@ class SparseOctree {
     for (const Cell& cell : active) levels_[depth].push_back(mortonCode(cell.x, cell.y, cell.z));
     for (std::uint32_t level = depth; level > 0; --level) {
       for (const std::uint64_t code : levels_[level]) {
-        if (levels_[level - 1].empty() || levels_[level - 1].back() != code >> 3) levels_[level - 1].push_back(code >> 3);
+        if (levels_[level - 1].empty() || levels_[level - 1].back() != code >> 3)
+          levels_[level - 1].push_back(code >> 3);
       }
     }
   }
@@ -35,7 +37,8 @@ class OctreeTruth {
   OctreeTruth(const SignBitmap& bitmap, const SparseOctree& octree) : bitmap_(bitmap), octree_(octree) {}
 
   bool sign(const LevelLattice& lattice, int x, int y, int z) const {
-    return bitmap_.at(static_cast<std::uint32_t>(x) << lattice.shift, static_cast<std::uint32_t>(y) << lattice.shift,
+    return bitmap_.at(static_cast<std::uint32_t>(x) << lattice.shift,
+                      static_cast<std::uint32_t>(y) << lattice.shift,
                       static_cast<std::uint32_t>(z) << lattice.shift);
   }
   // Asked in Morton order within a level: one step forward at a time.

@@ -7,7 +7,8 @@
 
 namespace isoreel {
 
-Result<SignBitmap> SignBitmap::make(const Volume& volume, double isovalue, Inside inside, NonFinite non_finite, const ParallelFor& parallel) {
+Result<SignBitmap> SignBitmap::make(const Volume& volume, double isovalue, Inside inside,
+                                    NonFinite non_finite, const ParallelFor& parallel) {
   const auto& nodes = volume.grid.nodes;
   SignBitmap result;
   result.nodes_ = nodes;
@@ -37,8 +38,12 @@ Result<SignBitmap> SignBitmap::make(const Volume& volume, double isovalue, Insid
       if (at == kNone) continue;
       const float sample = volume.samples[at];
       return {ErrorCode::kInvalidArgument,
-              "sample at node (" + std::to_string(at % nodes[0]) + ", " + std::to_string(at / nodes[0] % nodes[1]) + ", " +
-                  std::to_string(at / nodes[0] / nodes[1]) + ") is " + (sample != sample ? "not a number" : sample > 0 ? "+infinity" : "-infinity") +
+              "sample at node (" + std::to_string(at % nodes[0]) + ", " +
+                  std::to_string(at / nodes[0] % nodes[1]) + ", " + std::to_string(at / nodes[0] / nodes[1]) +
+                  ") is " +
+                  (sample != sample ? "not a number"
+                   : sample > 0     ? "+infinity"
+                                    : "-infinity") +
                   "; samples must be finite, unless such samples are to be taken as outside"};
     }
   }
@@ -50,16 +55,25 @@ std::vector<Cell> SignBitmap::activeCells(const ParallelFor& parallel) const {
   parallel(layers.size(), [&](std::size_t layer) {
     const std::uint32_t z = static_cast<std::uint32_t>(layer);
     for (std::uint32_t y = 0; y + 1 < nodes_[1]; ++y) {
-      const std::array<const std::uint64_t*, 4> rows{row(y, z), row(y + 1, z), row(y, z + 1), row(y + 1, z + 1)};
-      // Whether any, and whether all, of the four nodes at an x are inside: the next word's lowest bit comes along.
-      const auto any = [&](std::size_t w) { return w < row_words_ ? rows[0][w] | rows[1][w] | rows[2][w] | rows[3][w] : 0; };
-      const auto all = [&](std::size_t w) { return w < row_words_ ? rows[0][w] & rows[1][w] & rows[2][w] & rows[3][w] : 0; };
+      const std::array<const std::uint64_t*, 4> rows{row(y, z), row(y + 1, z), row(y, z + 1),
+                                                     row(y + 1, z + 1)};
+      // Whether any, and whether all, of the four nodes at an x are inside: the next word's lowest bit comes
+      // along.
+      const auto any = [&](std::size_t w) {
+        return w < row_words_ ? rows[0][w] | rows[1][w] | rows[2][w] | rows[3][w] : 0;
+      };
+      const auto all = [&](std::size_t w) {
+        return w < row_words_ ? rows[0][w] & rows[1][w] & rows[2][w] & rows[3][w] : 0;
+      };
       for (std::size_t w = 0; w < row_words_; ++w) {
-        std::uint64_t mixed = (any(w) | any(w) >> 1 | any(w + 1) << 63) & ~(all(w) & (all(w) >> 1 | all(w + 1) << 63));
+        std::uint64_t mixed =
+            (any(w) | any(w) >> 1 | any(w + 1) << 63) & ~(all(w) & (all(w) >> 1 | all(w + 1) << 63));
         const std::size_t cells_left = nodes_[0] - 1 - std::min<std::size_t>(nodes_[0] - 1, w * 64);
         if (cells_left < 64) mixed &= (std::uint64_t{1} << cells_left) - 1;
         for (; mixed != 0; mixed &= mixed - 1) {
-          layers[layer].push_back(mortonCode(static_cast<std::uint32_t>(w * 64) + static_cast<std::uint32_t>(std::countr_zero(mixed)), y, z));
+          layers[layer].push_back(mortonCode(
+              static_cast<std::uint32_t>(w * 64) + static_cast<std::uint32_t>(std::countr_zero(mixed)), y,
+              z));
         }
       }
     }
@@ -72,10 +86,13 @@ std::vector<Cell> SignBitmap::activeCells(const ParallelFor& parallel) const {
   std::sort(codes.begin(), codes.end());
   std::vector<Cell> cells(codes.size());
   for (std::size_t i = 0; i < codes.size(); ++i) {
-    const std::uint32_t x = gatherBits(codes[i]), y = gatherBits(codes[i] >> 1), z = gatherBits(codes[i] >> 2);
+    const std::uint32_t x = gatherBits(codes[i]), y = gatherBits(codes[i] >> 1),
+                        z = gatherBits(codes[i] >> 2);
     std::uint32_t corners = 0;
-    for (std::uint32_t j = 0; j < 8; ++j) corners |= std::uint32_t{at(x + (j & 1), y + (j >> 1 & 1), z + (j >> 2))} << j;
-    cells[i] = {static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y), static_cast<std::uint16_t>(z), static_cast<std::uint8_t>(corners)};
+    for (std::uint32_t j = 0; j < 8; ++j)
+      corners |= std::uint32_t{at(x + (j & 1), y + (j >> 1 & 1), z + (j >> 2))} << j;
+    cells[i] = {static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y), static_cast<std::uint16_t>(z),
+                static_cast<std::uint8_t>(corners)};
   }
   return cells;
 }

@@ -13,19 +13,24 @@ namespace isoreel {
 /// One bit per node: inside or outside. Rows along x start at a word of their own.
 class SignBitmap {
  public:
-  /// Compares every sample with the isovalue. With NonFinite::kRefuse, fails on the first sample (x fastest) that is
-  /// not-a-number or infinite, naming it.
-  static Result<SignBitmap> make(const Volume& volume, double isovalue, Inside inside, NonFinite non_finite, const ParallelFor& parallel);
+  /// Compares every sample with the isovalue. With NonFinite::kRefuse, fails on the first sample (x fastest)
+  /// that is not-a-number or infinite, naming it.
+  static Result<SignBitmap> make(const Volume& volume, double isovalue, Inside inside, NonFinite non_finite,
+                                 const ParallelFor& parallel);
 
-  bool at(std::uint32_t x, std::uint32_t y, std::uint32_t z) const { return row(y, z)[x / 64] >> (x % 64) & 1; }
+  bool at(std::uint32_t x, std::uint32_t y, std::uint32_t z) const {
+    return row(y, z)[x / 64] >> (x % 64) & 1;
+  }
   /// The cells whose corners differ, in Morton order.
   std::vector<Cell> activeCells(const ParallelFor& parallel) const;
-  /// Inside nodes, those on the grid's border counted half for each border they lie on: the volume inside, in cells,
-  /// were every sign-changing edge crossed in its middle.
+  /// Inside nodes, those on the grid's border counted half for each border they lie on: the volume inside, in
+  /// cells, were every sign-changing edge crossed in its middle.
   double insideCells() const;
 
  private:
-  const std::uint64_t* row(std::uint32_t y, std::uint32_t z) const { return words_.data() + (std::size_t{z} * nodes_[1] + y) * row_words_; }
+  const std::uint64_t* row(std::uint32_t y, std::uint32_t z) const {
+    return words_.data() + (std::size_t{z} * nodes_[1] + y) * row_words_;
+  }
 
   std::array<std::uint32_t, 3> nodes_{};
   std::size_t row_words_ = 0;

@@ -14,17 +14,21 @@
 namespace isoreel {
 
 // Bits of SignBlock::neighbours: the nodes around the middle one across a face, an edge or a corner.
-inline constexpr std::uint32_t kFaceNeighbours = 1u << 4 | 1u << 10 | 1u << 12 | 1u << 14 | 1u << 16 | 1u << 22;
-inline constexpr std::uint32_t kCornerNeighbours = 1u << 0 | 1u << 2 | 1u << 6 | 1u << 8 | 1u << 18 | 1u << 20 | 1u << 24 | 1u << 26;
-inline constexpr std::uint32_t kEdgeNeighbours = ((1u << 27) - 1) & ~(kFaceNeighbours | kCornerNeighbours | 1u << 13);
+inline constexpr std::uint32_t kFaceNeighbours =
+    1u << 4 | 1u << 10 | 1u << 12 | 1u << 14 | 1u << 16 | 1u << 22;
+inline constexpr std::uint32_t kCornerNeighbours =
+    1u << 0 | 1u << 2 | 1u << 6 | 1u << 8 | 1u << 18 | 1u << 20 | 1u << 24 | 1u << 26;
+inline constexpr std::uint32_t kEdgeNeighbours =
+    ((1u << 27) - 1) & ~(kFaceNeighbours | kCornerNeighbours | 1u << 13);
 
 /// Known inside minus known outside among the masked neighbours.
 inline int balance(std::uint32_t known, std::uint32_t inside, std::uint32_t mask) {
   return std::popcount(inside & mask) - std::popcount(known & ~inside & mask);
 }
 
-/// The models of corner signs. A context is the state (inside, outside, unknown) of each of the six face neighbours,
-/// and the clamped balances of the edge and corner neighbours. Each model starts from the vote of its own context.
+/// The models of corner signs. A context is the state (inside, outside, unknown) of each of the six face
+/// neighbours, and the clamped balances of the edge and corner neighbours. Each model starts from the vote of
+/// its own context.
 class SignModels {
  public:
   SignModels() : models_(kInitial.begin(), kInitial.end()) {}
@@ -41,13 +45,16 @@ class SignModels {
 
   static std::size_t context(std::uint32_t known, std::uint32_t inside) {
     const auto faces = [](std::uint32_t bits) {
-      return (bits >> 4 & 1) | (bits >> 10 & 1) << 1 | (bits >> 12 & 1) << 2 | (bits >> 14 & 1) << 3 | (bits >> 16 & 1) << 4 |
-             (bits >> 22 & 1) << 5;
+      return (bits >> 4 & 1) | (bits >> 10 & 1) << 1 | (bits >> 12 & 1) << 2 | (bits >> 14 & 1) << 3 |
+             (bits >> 16 & 1) << 4 | (bits >> 22 & 1) << 5;
     };
     const std::size_t states = kPowers[faces(known)] + kPowers[faces(inside)];
-    const int edges = std::clamp(balance(known, inside, kEdgeNeighbours), -kEdgeClamp, kEdgeClamp) + kEdgeClamp;
-    const int corners = std::clamp(balance(known, inside, kCornerNeighbours), -kCornerClamp, kCornerClamp) + kCornerClamp;
-    return (states * kEdgeStates + static_cast<std::size_t>(edges)) * kCornerStates + static_cast<std::size_t>(corners);
+    const int edges =
+        std::clamp(balance(known, inside, kEdgeNeighbours), -kEdgeClamp, kEdgeClamp) + kEdgeClamp;
+    const int corners =
+        std::clamp(balance(known, inside, kCornerNeighbours), -kCornerClamp, kCornerClamp) + kCornerClamp;
+    return (states * kEdgeStates + static_cast<std::size_t>(edges)) * kCornerStates +
+           static_cast<std::size_t>(corners);
   }
 
   // Sum of 3^i over the bits set: a neighbour counts 0 when unknown, 1 when outside, 2 when inside.
@@ -80,18 +87,23 @@ class SignModels {
   std::vector<BitModel> models_;
 };
 
-/// The models of leaf bits. A child whose corners agree is likely to hold a sign change when nodes around it have the
-/// other sign, and unlikely when they are all known and agree.
+/// The models of leaf bits. A child whose corners agree is likely to hold a sign change when nodes around it
+/// have the other sign, and unlikely when they are all known and agree.
 class LeafModels {
  public:
   void reset() { models_.fill(BitModel{}); }
 
-  /// `around` and `around_inside`: known and inside bits of the 4×4×4 nodes around the child, as popcounts can take
-  /// them; `levels_below`: octree levels under the child's.
+  /// `around` and `around_inside`: known and inside bits of the 4×4×4 nodes around the child, as popcounts
+  /// can take them; `levels_below`: octree levels under the child's.
   BitModel& at(std::uint64_t around, std::uint64_t around_inside, bool sign, std::uint32_t levels_below) {
     const int other = std::popcount(sign ? around & ~around_inside : around_inside);
     const int unknown = 64 - std::popcount(around);
-    const std::size_t others = other == 0 ? 0 : other == 1 ? 1 : other == 2 ? 2 : other <= 4 ? 3 : other <= 8 ? 4 : 5;
+    const std::size_t others = other == 0   ? 0
+                               : other == 1 ? 1
+                               : other == 2 ? 2
+                               : other <= 4 ? 3
+                               : other <= 8 ? 4
+                                            : 5;
     const std::size_t unknowns = unknown == 0 ? 0 : unknown <= 8 ? 1 : unknown <= 24 ? 2 : 3;
     const std::size_t level = std::min<std::uint32_t>(levels_below - 1, 3);
     return models_[((level * 2 + sign) * 6 + others) * 4 + unknowns];

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The octree of signs, coded level by level, coarse to fine (spec codec 4; paper, section 2): signs of the 27 corners of
-// a cell's eight children, then a leaf bit for each child whose corners agree. One walk serves both directions.
+// The octree of signs, coded level by level, coarse to fine (spec codec 4; paper, section 2): signs of the 27
+// corners of a cell's eight children, then a leaf bit for each child whose corners agree. One walk serves
+// both directions.
 #pragma once
 
 #include <isoreel/base/status.h>
@@ -13,9 +14,9 @@ namespace isoreel {
 
 /// The lattice of one octree level over a grid: every 2^(depth - level)-th node.
 struct LevelLattice {
-  std::uint32_t shift = 0;                 // log2 of the spacing in nodes
-  std::array<std::int32_t, 3> last{};      // the highest lattice coordinate inside the grid
-  std::array<std::int32_t, 3> cells{};     // cells that hold a part of the grid
+  std::uint32_t shift = 0;              // log2 of the spacing in nodes
+  std::array<std::int32_t, 3> last{};   // the highest lattice coordinate inside the grid
+  std::array<std::int32_t, 3> cells{};  // cells that hold a part of the grid
 
   LevelLattice(const Grid& grid, std::uint32_t level) : shift(octreeDepth(grid) - level) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -34,7 +35,8 @@ struct UnknownTruth {
 
 /// The tree while it is coded. Truth answers for the encoder, asked in Morton order within a level:
 ///   bool sign(const LevelLattice&, int x, int y, int z)   whether a lattice node is inside
-///   bool divided(std::uint32_t level, const Cell&)        whether a cell whose corners agree holds a sign change
+///   bool divided(std::uint32_t level, const Cell&)        whether a cell whose corners agree holds a sign
+///   change
 template <class Coder, class Truth>
 class SignTree {
  public:
@@ -42,7 +44,8 @@ class SignTree {
       : grid_(grid), depth_(octreeDepth(grid)), truth_(truth), max_cells_(max_cells) {}
 
   std::uint32_t depth() const { return depth_; }
-  /// The heterogeneous cells of the level coded last, in Morton order. Those of the deepest level are all active.
+  /// The heterogeneous cells of the level coded last, in Morton order. Those of the deepest level are all
+  /// active.
   const std::vector<Cell>& cells() const { return cells_; }
   std::vector<Cell> takeCells() { return std::move(cells_); }
 
@@ -55,8 +58,10 @@ class SignTree {
       for (std::size_t axis = 0; axis < 3; ++axis) {
         if (corner >> axis & 1 && lattice.last[axis] >= 1) inside_grid |= 1 << axis;
       }
-      bool sign = (root.corners >> inside_grid & 1) != 0;  // a corner outside the grid is as the last one inside
-      if (inside_grid == corner) sign = signs.raw(1, truth_.sign(lattice, corner & 1, corner >> 1 & 1, corner >> 2));
+      bool sign =
+          (root.corners >> inside_grid & 1) != 0;  // a corner outside the grid is as the last one inside
+      if (inside_grid == corner)
+        sign = signs.raw(1, truth_.sign(lattice, corner & 1, corner >> 1 & 1, corner >> 2));
       root.corners = static_cast<std::uint8_t>(root.corners | unsigned{sign} << corner);
     }
     cells_.clear();
@@ -81,7 +86,8 @@ class SignTree {
 
  private:
   static Status tooShort(const char* what, std::uint32_t level) {
-    return {ErrorCode::kTruncated, std::string(what) + " of level " + std::to_string(level) + " end too early (spec codec 4.2)"};
+    return {ErrorCode::kTruncated,
+            std::string(what) + " of level " + std::to_string(level) + " end too early (spec codec 4.2)"};
   }
 
   // Brings the signs of the parents' corners onto the lattice of their children.
@@ -93,7 +99,8 @@ class SignTree {
       for (std::uint32_t i = brick.first; i < brick.first + brick.count; ++i) {
         const Cell& cell = cells_[i];
         for (int corner = 0; corner < 8; ++corner) {
-          const int x = 2 * (cell.x + (corner & 1)), y = 2 * (cell.y + (corner >> 1 & 1)), z = 2 * (cell.z + (corner >> 2));
+          const int x = 2 * (cell.x + (corner & 1)), y = 2 * (cell.y + (corner >> 1 & 1)),
+                    z = 2 * (cell.z + (corner >> 2));
           if (x > lattice.last[0] || y > lattice.last[1] || z > lattice.last[2]) continue;
           block.set(x - 8 * brick.x, y - 8 * brick.y, z - 8 * brick.z, (cell.corners >> corner & 1) != 0);
         }
@@ -105,7 +112,9 @@ class SignTree {
   // The heterogeneous cells around a brick of parents: 6×6×6 flags from -1 to 4.
   struct Occupancy {
     std::array<bool, 216> flags{};
-    static std::size_t at(int x, int y, int z) { return static_cast<std::size_t>(((z + 1) * 6 + y + 1) * 6 + x + 1); }
+    static std::size_t at(int x, int y, int z) {
+      return static_cast<std::size_t>(((z + 1) * 6 + y + 1) * 6 + x + 1);
+    }
   };
   Occupancy occupancy(const CellIndex::Brick& brick) const {
     Occupancy result;
@@ -116,7 +125,8 @@ class SignTree {
           if (number == BrickMap::kNone) continue;
           for (std::uint64_t mask = index_.bricks()[number].mask; mask != 0; mask &= mask - 1) {
             const std::uint64_t code = static_cast<std::uint64_t>(std::countr_zero(mask));
-            const int x = static_cast<int>(gatherBits(code)) + 4 * dx, y = static_cast<int>(gatherBits(code >> 1)) + 4 * dy,
+            const int x = static_cast<int>(gatherBits(code)) + 4 * dx,
+                      y = static_cast<int>(gatherBits(code >> 1)) + 4 * dy,
                       z = static_cast<int>(gatherBits(code >> 2)) + 4 * dz;
             if (x < -1 || y < -1 || z < -1 || x > 4 || y > 4 || z > 4) continue;
             result.flags[Occupancy::at(x, y, z)] = true;
@@ -127,7 +137,8 @@ class SignTree {
     return result;
   }
 
-  void codeSigns(const CellIndex::Brick& brick, const LevelLattice& parents, const LevelLattice& lattice, Coder& signs) {
+  void codeSigns(const CellIndex::Brick& brick, const LevelLattice& parents, const LevelLattice& lattice,
+                 Coder& signs) {
     const Occupancy occupied = occupancy(brick);
     SignBlock block;
     lattice_.load(brick.x, brick.y, brick.z, block);
@@ -137,7 +148,8 @@ class SignTree {
       const std::array<int, 3> local{cell.x & 3, cell.y & 3, cell.z & 3};
       for (const auto& [dx, dy, dz] : kNewNodes) {
         const int x = 2 * local[0] + dx, y = 2 * local[1] + dy, z = 2 * local[2] + dz;
-        if (base[0] + x > lattice.last[0] || base[1] + y > lattice.last[1] || base[2] + z > lattice.last[2]) continue;
+        if (base[0] + x > lattice.last[0] || base[1] + y > lattice.last[1] || base[2] + z > lattice.last[2])
+          continue;
         if (block.isKnown(x, y, z)) continue;
         bool sign;
         if (besideLeaf(cell, local, {dx, dy, dz}, parents, occupied)) {
@@ -145,7 +157,8 @@ class SignTree {
         } else {
           const std::uint32_t known = SignBlock::neighbours(block.known, x, y, z);
           const std::uint32_t inside = SignBlock::neighbours(block.inside, x, y, z);
-          sign = signs.code(sign_models_.at(known, inside), truth_.sign(lattice, base[0] + x, base[1] + y, base[2] + z));
+          sign = signs.code(sign_models_.at(known, inside),
+                            truth_.sign(lattice, base[0] + x, base[1] + y, base[2] + z));
         }
         block.set(x, y, z, sign);
       }
@@ -153,8 +166,8 @@ class SignTree {
     lattice_.store(brick.x, brick.y, brick.z, block);
   }
 
-  // Whether a node on a face or edge of the cell also lies on a cell of the same level that is not divided: then its
-  // sign is that of the corners they share, and costs nothing.
+  // Whether a node on a face or edge of the cell also lies on a cell of the same level that is not divided:
+  // then its sign is that of the corners they share, and costs nothing.
   static bool besideLeaf(const Cell& cell, const std::array<int, 3>& local, const std::array<int, 3>& node,
                          const LevelLattice& parents, const Occupancy& occupied) {
     const std::array<int, 3> at{cell.x, cell.y, cell.z};
@@ -167,7 +180,9 @@ class SignTree {
         const int neighbour = at[axis] + offset[axis];
         counts = counts && offset[axis] != 0 && neighbour >= 0 && neighbour < parents.cells[axis];
       }
-      if (counts && !occupied.flags[Occupancy::at(local[0] + offset[0], local[1] + offset[1], local[2] + offset[2])]) return true;
+      if (counts &&
+          !occupied.flags[Occupancy::at(local[0] + offset[0], local[1] + offset[1], local[2] + offset[2])])
+        return true;
     }
     return false;
   }
@@ -181,14 +196,17 @@ class SignTree {
       const std::array<std::int32_t, 3> base{8 * brick.x, 8 * brick.y, 8 * brick.z};
       for (std::uint32_t i = brick.first; i < brick.first + brick.count; ++i) {
         for (int number = 0; number < 8; ++number) {
-          const std::array<int, 3> at{2 * cells_[i].x + (number & 1), 2 * cells_[i].y + (number >> 1 & 1), 2 * cells_[i].z + (number >> 2)};
+          const std::array<int, 3> at{2 * cells_[i].x + (number & 1), 2 * cells_[i].y + (number >> 1 & 1),
+                                      2 * cells_[i].z + (number >> 2)};
           if (at[0] >= lattice.cells[0] || at[1] >= lattice.cells[1] || at[2] >= lattice.cells[2]) continue;
           const int x = at[0] - base[0], y = at[1] - base[1], z = at[2] - base[2];
           // A corner outside the grid is as the last node inside.
           const int dx = at[0] < lattice.last[0], dy = at[1] < lattice.last[1], dz = at[2] < lattice.last[2];
-          Cell child{static_cast<std::uint16_t>(at[0]), static_cast<std::uint16_t>(at[1]), static_cast<std::uint16_t>(at[2]), 0};
+          Cell child{static_cast<std::uint16_t>(at[0]), static_cast<std::uint16_t>(at[1]),
+                     static_cast<std::uint16_t>(at[2]), 0};
           for (int corner = 0; corner < 8; ++corner) {
-            const bool sign = block.isInside(x + (corner & dx), y + ((corner >> 1) & dy), z + ((corner >> 2) & dz));
+            const bool sign =
+                block.isInside(x + (corner & dx), y + ((corner >> 1) & dy), z + ((corner >> 2) & dz));
             child.corners = static_cast<std::uint8_t>(child.corners | unsigned{sign} << corner);
           }
           if (!isActive(child)) {
@@ -199,8 +217,9 @@ class SignTree {
             if (!leaves.code(model, truth_.divided(level, child))) continue;
           }
           if (children_.size() >= max_cells_) {
-            return {ErrorCode::kBadData, "more cells at level " + std::to_string(level) + " than the header's " +
-                                             std::to_string(max_cells_) + " vertices (spec codec 4.1)"};
+            return {ErrorCode::kBadData, "more cells at level " + std::to_string(level) +
+                                             " than the header's " + std::to_string(max_cells_) +
+                                             " vertices (spec codec 4.1)"};
           }
           children_.push_back(child);
         }
@@ -226,11 +245,27 @@ class SignTree {
     return {known, inside};
   }
 
-  // The 19 nodes that children add to their parent's corners: its middle, the middles of its faces, then of its edges.
-  static constexpr std::array<std::array<int, 3>, 19> kNewNodes{{{1, 1, 1}, {1, 1, 0}, {1, 0, 1}, {0, 1, 1}, {1, 1, 2},
-                                                                 {1, 2, 1}, {2, 1, 1}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1},
-                                                                 {1, 2, 0}, {2, 1, 0}, {1, 0, 2}, {0, 1, 2}, {2, 0, 1},
-                                                                 {0, 2, 1}, {1, 2, 2}, {2, 1, 2}, {2, 2, 1}}};
+  // The 19 nodes that children add to their parent's corners: its middle, the middles of its faces, then of
+  // its edges.
+  static constexpr std::array<std::array<int, 3>, 19> kNewNodes{{{1, 1, 1},
+                                                                 {1, 1, 0},
+                                                                 {1, 0, 1},
+                                                                 {0, 1, 1},
+                                                                 {1, 1, 2},
+                                                                 {1, 2, 1},
+                                                                 {2, 1, 1},
+                                                                 {1, 0, 0},
+                                                                 {0, 1, 0},
+                                                                 {0, 0, 1},
+                                                                 {1, 2, 0},
+                                                                 {2, 1, 0},
+                                                                 {1, 0, 2},
+                                                                 {0, 1, 2},
+                                                                 {2, 0, 1},
+                                                                 {0, 2, 1},
+                                                                 {1, 2, 2},
+                                                                 {2, 1, 2},
+                                                                 {2, 2, 1}}};
 
   const Grid& grid_;
   std::uint32_t depth_;

@@ -44,9 +44,12 @@ class BrickMap {
     std::uint32_t value = kNone;
   };
   static std::uint64_t pack(std::int32_t x, std::int32_t y, std::int32_t z) {
-    return static_cast<std::uint64_t>(x + 2) | static_cast<std::uint64_t>(y + 2) << 20 | static_cast<std::uint64_t>(z + 2) << 40;
+    return static_cast<std::uint64_t>(x + 2) | static_cast<std::uint64_t>(y + 2) << 20 |
+           static_cast<std::uint64_t>(z + 2) << 40;
   }
-  static std::size_t hash(std::uint64_t key) { return static_cast<std::size_t>((key * 0x9E3779B97F4A7C15ull) >> 24); }
+  static std::size_t hash(std::uint64_t key) {
+    return static_cast<std::size_t>((key * 0x9E3779B97F4A7C15ull) >> 24);
+  }
   std::size_t mask() const { return slots_.size() - 1; }
   void grow() {
     std::vector<Slot> old(slots_.size() * 2);

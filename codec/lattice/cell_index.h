@@ -12,8 +12,8 @@
 
 namespace isoreel {
 
-/// A heterogeneous cell of an octree level. Corner j lies at (x + (j & 1), y + (j >> 1 & 1), z + (j >> 2)); bit j of
-/// `corners` is set when it is inside.
+/// A heterogeneous cell of an octree level. Corner j lies at (x + (j & 1), y + (j >> 1 & 1), z + (j >> 2));
+/// bit j of `corners` is set when it is inside.
 struct Cell {
   std::uint16_t x = 0;
   std::uint16_t y = 0;
@@ -23,8 +23,8 @@ struct Cell {
 
 inline bool isActive(const Cell& cell) { return cell.corners != 0 && cell.corners != 0xFF; }
 
-/// Finds cells by coordinates, in a list that is in Morton order: the cells of an aligned 4×4×4 brick are neighbours in
-/// the list, so a bit mask and one number a brick are enough.
+/// Finds cells by coordinates, in a list that is in Morton order: the cells of an aligned 4×4×4 brick are
+/// neighbours in the list, so a bit mask and one number a brick are enough.
 class CellIndex {
  public:
   struct Brick {
@@ -48,7 +48,8 @@ class CellIndex {
   std::uint32_t brickAt(std::int32_t x, std::int32_t y, std::int32_t z) const { return map_.find(x, y, z); }
 
   static std::uint64_t bit(std::int32_t x, std::int32_t y, std::int32_t z) {
-    return std::uint64_t{1} << mortonCode(static_cast<std::uint32_t>(x & 3), static_cast<std::uint32_t>(y & 3),
+    return std::uint64_t{1} << mortonCode(static_cast<std::uint32_t>(x & 3),
+                                          static_cast<std::uint32_t>(y & 3),
                                           static_cast<std::uint32_t>(z & 3));
   }
   static std::uint32_t place(const Brick& brick, std::uint64_t bit) {

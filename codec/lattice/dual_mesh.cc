@@ -4,7 +4,8 @@
 namespace isoreel {
 namespace {
 
-// Calls visit(axis, low corner is inside) for each sign-changing edge from the cell's corner 0 that has all its cells.
+// Calls visit(axis, low corner is inside) for each sign-changing edge from the cell's corner 0 that has all
+// its cells.
 template <class Visit>
 void forEachQuad(const Cell& cell, Visit visit) {
   const bool low = cell.corners & 1;
@@ -32,7 +33,8 @@ std::vector<Quad> dualQuads(std::span<const Cell> cells, const CellIndex& index)
       const Cell& cell = cells[i];
       const auto neighbour = [&](std::array<std::int32_t, 3> back) {
         const std::int32_t x = cell.x - back[0], y = cell.y - back[1], z = cell.z - back[2];
-        if (x >> 2 == brick.x && y >> 2 == brick.y && z >> 2 == brick.z) return CellIndex::place(brick, CellIndex::bit(x, y, z));
+        if (x >> 2 == brick.x && y >> 2 == brick.y && z >> 2 == brick.z)
+          return CellIndex::place(brick, CellIndex::bit(x, y, z));
         return index.find(x, y, z);
       };
       forEachQuad(cell, [&](std::size_t axis, bool low_inside) {

@@ -9,21 +9,22 @@
 
 namespace isoreel {
 
-/// How many quads the dual mesh of these cells has (spec codec 5.3): `cells` are the active cells of one level in
-/// Morton order.
+/// How many quads the dual mesh of these cells has (spec codec 5.3): `cells` are the active cells of one
+/// level in Morton order.
 std::size_t countQuads(std::span<const Cell> cells);
 
-/// The quads of the dual mesh, one for each sign-changing edge that has its four cells, in the order of the cells whose
-/// corner 0 they start from, then of the axes x, y, z. Corners are places in `cells`, counter-clockwise seen from outside.
+/// The quads of the dual mesh, one for each sign-changing edge that has its four cells, in the order of the
+/// cells whose corner 0 they start from, then of the axes x, y, z. Corners are places in `cells`,
+/// counter-clockwise seen from outside.
 std::vector<Quad> dualQuads(std::span<const Cell> cells, const CellIndex& index);
 
-/// Positions in the grid of vertices that are given from their cells' corner 0.
-inline std::vector<GridPosition> gridPositions(std::span<const Cell> cells, std::span<const std::array<std::int32_t, 3>> in_cell) {
-  std::vector<GridPosition> result(cells.size());
+/// Turns positions inside cells (from their corner 0) into positions in the grid, in place.
+inline void toGridPositions(std::span<const Cell> cells, std::span<GridPosition> positions) {
   for (std::size_t i = 0; i < cells.size(); ++i) {
-    result[i] = {cells[i].x * kCell + in_cell[i][0], cells[i].y * kCell + in_cell[i][1], cells[i].z * kCell + in_cell[i][2]};
+    positions[i][0] += cells[i].x * kCell;
+    positions[i][1] += cells[i].y * kCell;
+    positions[i][2] += cells[i].z * kCell;
   }
-  return result;
 }
 
 }  // namespace isoreel

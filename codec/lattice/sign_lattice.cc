@@ -9,7 +9,9 @@ struct Range {
   int first;
   int last;
 };
-constexpr Range range(int offset) { return offset < 0 ? Range{-1, -1} : offset == 0 ? Range{0, 7} : Range{8, 9}; }
+constexpr Range range(int offset) {
+  return offset < 0 ? Range{-1, -1} : offset == 0 ? Range{0, 7} : Range{8, 9};
+}
 
 }  // namespace
 
@@ -32,8 +34,10 @@ void SignLattice::load(std::int32_t bx, std::int32_t by, std::int32_t bz, SignBl
           if (known == 0) continue;
           for (int y = range(dy).first; y <= range(dy).last; ++y) {
             const std::size_t row = SignBlock::row(y, z);
-            block.known[row] = static_cast<std::uint16_t>(block.known[row] | place((known >> (8 * (y & 7))) & 0xFF));
-            block.inside[row] = static_cast<std::uint16_t>(block.inside[row] | place((inside >> (8 * (y & 7))) & 0xFF));
+            block.known[row] =
+                static_cast<std::uint16_t>(block.known[row] | place((known >> (8 * (y & 7))) & 0xFF));
+            block.inside[row] =
+                static_cast<std::uint16_t>(block.inside[row] | place((inside >> (8 * (y & 7))) & 0xFF));
           }
         }
       }
@@ -48,7 +52,9 @@ void SignLattice::store(std::int32_t bx, std::int32_t by, std::int32_t bz, const
         std::array<std::uint64_t, 8> known{};
         std::array<std::uint64_t, 8> inside{};
         std::uint64_t any = 0;
-        const auto bits = [dx](std::uint16_t row) -> std::uint64_t { return dx == 0 ? (row >> 1) & 0xFF : (row >> 9) & 1; };
+        const auto bits = [dx](std::uint16_t row) -> std::uint64_t {
+          return dx == 0 ? (row >> 1) & 0xFF : (row >> 9) & 1;
+        };
         for (int z = 8 * dz; z <= (dz == 0 ? 7 : 8); ++z) {
           for (int y = 8 * dy; y <= (dy == 0 ? 7 : 8); ++y) {
             const std::size_t row = SignBlock::row(y, z);

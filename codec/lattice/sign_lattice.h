@@ -10,8 +10,8 @@
 
 namespace isoreel {
 
-/// The 11×11×11 nodes from -1 to 9 around a brick: what the contexts of its nodes can see. Rows run along x, bit x + 1.
-/// A node that is not known has both bits clear.
+/// The 11×11×11 nodes from -1 to 9 around a brick: what the contexts of its nodes can see. Rows run along x,
+/// bit x + 1. A node that is not known has both bits clear.
 struct SignBlock {
   static constexpr int kSide = 11;
   std::array<std::uint16_t, kSide * kSide> known;

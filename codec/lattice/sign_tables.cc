@@ -8,7 +8,9 @@ namespace {
 
 using Vector = std::array<std::int64_t, 3>;
 
-constexpr std::int64_t dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+constexpr std::int64_t dot(const Vector& a, const Vector& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
 
 /// The largest r with r² <= value.
 constexpr std::int64_t squareRoot(std::int64_t value) {
@@ -19,8 +21,8 @@ constexpr std::int64_t squareRoot(std::int64_t value) {
   return root;
 }
 
-/// v at length 16384, each component rounded from a floor square root with one more bit. Exact integer arithmetic, so
-/// that every implementation gets the same table.
+/// v at length 16384, each component rounded from a floor square root with one more bit. Exact integer
+/// arithmetic, so that every implementation gets the same table.
 constexpr std::array<std::int32_t, 3> normalised(const Vector& v) {
   std::array<std::int32_t, 3> result{};
   for (std::size_t i = 0; i < 3; ++i) {
@@ -30,7 +32,9 @@ constexpr std::array<std::int32_t, 3> normalised(const Vector& v) {
   return result;
 }
 
-constexpr std::int64_t cornerCoordinate(std::size_t corner, std::size_t axis) { return static_cast<std::int64_t>(corner >> axis & 1); }
+constexpr std::int64_t cornerCoordinate(std::size_t corner, std::size_t axis) {
+  return static_cast<std::int64_t>(corner >> axis & 1);
+}
 
 constexpr LocalFrame localFrame(std::size_t configuration) {
   LocalFrame frame;
@@ -48,7 +52,8 @@ constexpr LocalFrame localFrame(std::size_t configuration) {
     }
   }
   for (std::size_t k = 0; k < 3; ++k) {
-    frame.vertex[k] = static_cast<std::int32_t>(edges == 0 ? kCell / 2 : (sum[k] * kCell + edges) / (2 * edges));
+    frame.vertex[k] =
+        static_cast<std::int32_t>(edges == 0 ? kCell / 2 : (sum[k] * kCell + edges) / (2 * edges));
   }
   if (dot(gradient, gradient) == 0) gradient = {0, 0, 1};
   // The first tangent: the axis that is least along the normal, made orthogonal to it.
@@ -59,7 +64,8 @@ constexpr LocalFrame localFrame(std::size_t configuration) {
   Vector tangent{0, 0, 0};
   tangent[least] = dot(gradient, gradient);
   for (std::size_t k = 0; k < 3; ++k) tangent[k] -= gradient[k] * gradient[least];
-  const Vector other{gradient[1] * tangent[2] - gradient[2] * tangent[1], gradient[2] * tangent[0] - gradient[0] * tangent[2],
+  const Vector other{gradient[1] * tangent[2] - gradient[2] * tangent[1],
+                     gradient[2] * tangent[0] - gradient[0] * tangent[2],
                      gradient[0] * tangent[1] - gradient[1] * tangent[0]};
   frame.normal = normalised(gradient);
   frame.tangent1 = normalised(tangent);

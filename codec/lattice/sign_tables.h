@@ -7,8 +7,9 @@
 
 namespace isoreel {
 
-/// The local frame of a sign configuration (paper, section 2; Lee, Desbrun, Schröder 2003): the vertex that signs of ±1
-/// give, and the axes in which its residual is coded. Positions in 1/16384 of a cell from corner 0, axes in 1/16384.
+/// The local frame of a sign configuration (paper, section 2; Lee, Desbrun, Schröder 2003): the vertex that
+/// signs of ±1 give, and the axes in which its residual is coded. Positions in 1/16384 of a cell from corner
+/// 0, axes in 1/16384.
 struct LocalFrame {
   std::array<std::int32_t, 3> vertex{};
   std::array<std::int32_t, 3> normal{};  // towards the outside

@@ -33,12 +33,13 @@ struct RecordFields {
       for (auto& x : c.grid.origin) v.f64("origin", x);
     }
     auto& spacing = c.grid.spacing;
-    SpacingKind kind = spacing == plain.spacing                                     ? SpacingKind::kUnit
+    SpacingKind kind = spacing == plain.spacing                               ? SpacingKind::kUnit
                        : spacing[0] == spacing[1] && spacing[1] == spacing[2] ? SpacingKind::kEqual
-                                                                                    : SpacingKind::kPerAxis;
+                                                                              : SpacingKind::kPerAxis;
     v.fixed("spacing kind", kind, 0, 2);
     if (kind != SpacingKind::kUnit) {
-      for (std::size_t axis = 0; axis < (kind == SpacingKind::kEqual ? 1u : 3u); ++axis) v.f64("spacing", spacing[axis]);
+      for (std::size_t axis = 0; axis < (kind == SpacingKind::kEqual ? 1u : 3u); ++axis)
+        v.f64("spacing", spacing[axis]);
       if (kind == SpacingKind::kEqual) spacing[1] = spacing[2] = spacing[0];
       for (const double s : spacing) v.require(s > 0, "spacing is not above 0");
     }
@@ -50,7 +51,9 @@ struct RecordFields {
   }
 };
 
-Status refuse(ErrorCode code, const std::string& rule) { return {code, "configuration record: " + rule + " (spec codec 2.1)"}; }
+Status refuse(ErrorCode code, const std::string& rule) {
+  return {code, "configuration record: " + rule + " (spec codec 2.1)"};
+}
 
 }  // namespace
 
@@ -76,15 +79,20 @@ Result<Configuration> readConfiguration(ByteSpan bytes) {
   in.fixed<std::uint8_t>();  // minor: whatever it adds stands behind the fields known here
   const std::uint16_t length = in.fixed<std::uint16_t>();
   if (in.truncated()) return refuse(ErrorCode::kTruncated, "shorter than its head");
-  if (!std::equal(four_cc.begin(), four_cc.end(), kFourCc.begin())) return refuse(ErrorCode::kBadData, "does not start with ISRL");
+  if (!std::equal(four_cc.begin(), four_cc.end(), kFourCc.begin()))
+    return refuse(ErrorCode::kBadData, "does not start with ISRL");
   if (version != kFormatVersion) {
-    return refuse(ErrorCode::kUnsupported, "version " + std::to_string(version) + ", where this build reads version " + std::to_string(kFormatVersion));
+    return refuse(ErrorCode::kUnsupported, "version " + std::to_string(version) +
+                                               ", where this build reads version " +
+                                               std::to_string(kFormatVersion));
   }
   if (length != bytes.size() || length < kHeadBytes + kCrcBytes || length % 2 != 0) {
-    return refuse(ErrorCode::kBadData, "length " + std::to_string(length) + " is not that of its " + std::to_string(bytes.size()) + " bytes, or not even");
+    return refuse(ErrorCode::kBadData, "length " + std::to_string(length) + " is not that of its " +
+                                           std::to_string(bytes.size()) + " bytes, or not even");
   }
   ByteReader crc(bytes.subspan(length - kCrcBytes));
-  if (crc.fixed<std::uint32_t>() != crc32c(bytes.first(length - kCrcBytes))) return refuse(ErrorCode::kBadData, "its CRC does not match");
+  if (crc.fixed<std::uint32_t>() != crc32c(bytes.first(length - kCrcBytes)))
+    return refuse(ErrorCode::kBadData, "its CRC does not match");
   ByteReader body(bytes.subspan(kHeadBytes, length - kHeadBytes - kCrcBytes));
   RecordFields record;
   ISOREEL_TRY(readSyntax(body, record));

@@ -13,7 +13,8 @@ Result<Bytes> writePacket(PacketHeader header, ByteSpan payload) {
   Bytes head;
   ISOREEL_TRY(writeSized(head, header));
   if (kCrcBytes + head.size() + payload.size() > kMaxPacketBytes) {
-    return {ErrorCode::kLimit, "packet of " + std::to_string(head.size() + payload.size()) + " bytes is above 268435455 (spec codec 3)"};
+    return {ErrorCode::kLimit, "packet of " + std::to_string(head.size() + payload.size()) +
+                                   " bytes is above 268435455 (spec codec 3)"};
   }
   Bytes packet;
   packet.reserve(kCrcBytes + head.size() + payload.size());

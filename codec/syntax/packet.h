@@ -5,7 +5,8 @@
 
 namespace isoreel {
 
-/// The packet: header with its CRC, then the payload that its section table describes. Sets header.payload_crc.
+/// The packet: header with its CRC, then the payload that its section table describes. Sets
+/// header.payload_crc.
 Result<Bytes> writePacket(PacketHeader header, ByteSpan payload);
 
 }  // namespace isoreel

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Bounded little-endian bytes in and out, and the CRC-32C that guards them (spec/container.md 1, spec/codec.md 1).
+// Bounded little-endian bytes in and out, and the CRC-32C that guards them (spec/container.md 1,
+// spec/codec.md 1).
 #pragma once
 
 #include <bit>
@@ -24,7 +25,8 @@ class ByteWriter {
 
   template <class Unsigned>
   void fixed(Unsigned value) {
-    for (std::size_t i = 0; i < sizeof value; ++i) out_.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
+    for (std::size_t i = 0; i < sizeof value; ++i)
+      out_.push_back(static_cast<std::uint8_t>(value >> (8 * i)));
   }
   /// LEB128: seven bits a byte, low first, the high bit says that more follow. At most 10 bytes.
   void varint(std::uint64_t value) {
@@ -38,8 +40,8 @@ class ByteWriter {
   Bytes& out_;
 };
 
-/// Reads little-endian values from bytes that outlive it. Reading past the end returns zero and sets `truncated()`;
-/// a varint that is not canonical (longer than needed, or above 64 bits) sets `malformed()`.
+/// Reads little-endian values from bytes that outlive it. Reading past the end returns zero and sets
+/// `truncated()`; a varint that is not canonical (longer than needed, or above 64 bits) sets `malformed()`.
 class ByteReader {
  public:
   explicit ByteReader(ByteSpan data) : data_(data) {}
@@ -49,7 +51,8 @@ class ByteReader {
     Unsigned value = 0;
     if (!has(sizeof value)) return 0;
     for (std::size_t i = 0; i < sizeof value; ++i) {
-      value = static_cast<Unsigned>(value | static_cast<Unsigned>(static_cast<Unsigned>(data_[position_ + i]) << (8 * i)));
+      value = static_cast<Unsigned>(
+          value | static_cast<Unsigned>(static_cast<Unsigned>(data_[position_ + i]) << (8 * i)));
     }
     position_ += sizeof value;
     return value;

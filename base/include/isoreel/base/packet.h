@@ -35,8 +35,8 @@ enum class ErrorKind : std::uint8_t {
   kVolume = 2,     // symmetric distance between the decoded surface and the volume's isosurface
 };
 
-/// The per-frame header (spec/container.md 4.1): facts that plots and queries need, kept outside the packet and
-/// again in the seek index. "Cells" are units of the grid; grid positions are in 1/16384 of a cell.
+/// The per-frame header (spec/container.md 4.1): facts that plots and queries need, kept outside the packet
+/// and again in the seek index. "Cells" are units of the grid; grid positions are in 1/16384 of a cell.
 struct FrameHeader {
   static constexpr const char* kName = "frame header";
   static constexpr const char* kSpec = "container 4.1";
@@ -45,20 +45,21 @@ struct FrameHeader {
   std::int64_t time = 0;       // ticks of the track's time base
   std::uint64_t duration = 1;  // ticks
   PacketType type = PacketType::kIntra;
-  std::uint64_t key = 0;  // number of the I frame that decoding must start from; its own number for an I frame
+  std::uint64_t key =
+      0;  // number of the I frame that decoding must start from; its own number for an I frame
   double isovalue = 0;
   std::uint32_t vertices = 0;
-  std::uint32_t faces = 0;                     // quads
-  std::array<std::uint32_t, 3> box_min{};      // grid positions; zero when there are no faces
+  std::uint32_t faces = 0;                 // quads
+  std::array<std::uint32_t, 3> box_min{};  // grid positions; zero when there are no faces
   std::array<std::uint32_t, 3> box_max{};
-  double area = 0;                             // world units squared, of the triangles as output
-  double volume = 0;                           // world units cubed, inside the surface and the grid's border
-  std::uint32_t components = 0;                // connected pieces of the surface
-  std::int64_t euler = 0;                      // vertices - edges + faces, of vertices that have a face
+  double area = 0;               // world units squared, of the triangles as output
+  double volume = 0;             // world units cubed, inside the surface and the grid's border
+  std::uint32_t components = 0;  // connected pieces of the surface
+  std::int64_t euler = 0;        // vertices - edges + faces, of vertices that have a face
   ErrorKind error_kind = ErrorKind::kNone;
-  float error_rms = 0;                         // cells
-  float error_max = 0;                         // cells
-  std::uint64_t surface_hash = 0;              // spec codec 7
+  float error_rms = 0;             // cells
+  float error_max = 0;             // cells
+  std::uint64_t surface_hash = 0;  // spec codec 7
 
   bool operator==(const FrameHeader&) const = default;
 
@@ -92,8 +93,8 @@ struct Packet {
   Bytes data;
 };
 
-/// Coded frames by position: what a container reader offers and a player consumes. Positions count from 0 in coded
-/// order. Not thread-safe unless an implementation says so.
+/// Coded frames by position: what a container reader offers and a player consumes. Positions count from 0 in
+/// coded order. Not thread-safe unless an implementation says so.
 class PacketSource {
  public:
   virtual ~PacketSource() = default;

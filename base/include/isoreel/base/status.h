@@ -84,18 +84,18 @@ class [[nodiscard]] Result {
 }  // namespace isoreel
 
 /// Returns the error of `expression` (a Status) from the current function.
-#define ISOREEL_TRY(expression)                                                     \
-  do {                                                                              \
-    if (::isoreel::Status isoreel_status = (expression); !isoreel_status.ok()) {    \
-      return isoreel_status;                                                        \
-    }                                                                               \
+#define ISOREEL_TRY(expression)                                                  \
+  do {                                                                           \
+    if (::isoreel::Status isoreel_status = (expression); !isoreel_status.ok()) { \
+      return isoreel_status;                                                     \
+    }                                                                            \
   } while (false)
 
 #define ISOREEL_CONCAT_(a, b) a##b
 #define ISOREEL_CONCAT(a, b) ISOREEL_CONCAT_(a, b)
-#define ISOREEL_ASSIGN_(result, declaration, expression)  \
-  auto result = (expression);                             \
-  if (!result.ok()) return result.status();               \
+#define ISOREEL_ASSIGN_(result, declaration, expression) \
+  auto result = (expression);                            \
+  if (!result.ok()) return result.status();              \
   declaration = *std::move(result)
 
 /// `ISOREEL_ASSIGN(auto x, f());` declares x as the value of the Result f(), or returns its error.

@@ -5,8 +5,9 @@
 //   static constexpr const char* kSpec = "container 4";    // the section of spec/ that defines it
 //   template <class Visitor> void fields(Visitor& v);      // every field once: name, value, range
 //
-// and the visitors below read, write and print it. A visitor keeps the first error and does nothing after it, so
-// fields() needs no checks of its own except around loops (`v.ok()`). The idea is libjxl's (lib/jxl/fields.h).
+// and the visitors below read, write and print it. A visitor keeps the first error and does nothing after it,
+// so fields() needs no checks of its own except around loops (`v.ok()`). The idea is libjxl's
+// (lib/jxl/fields.h).
 #pragma once
 
 #include <isoreel/base/bytes.h>
@@ -60,8 +61,9 @@ class Checker {
   }
   bool inRange(const char* field, std::uint64_t value, std::uint64_t min, std::uint64_t max) {
     if (value >= min && value <= max) return true;
-    fail(ErrorCode::kBadData, std::string(field) + " " + std::to_string(value) +
-                                  (value < min ? " is below " + std::to_string(min) : " is above " + std::to_string(max)));
+    fail(ErrorCode::kBadData,
+         std::string(field) + " " + std::to_string(value) +
+             (value < min ? " is below " + std::to_string(min) : " is above " + std::to_string(max)));
     return false;
   }
 
@@ -87,7 +89,8 @@ class Reader : public Checker {
   template <class T>
   void fixed(const char* field, T& value, std::uint64_t min = 0, std::uint64_t max = kMax<T>) {
     if (!ok()) return;
-    using Raw = typename std::conditional_t<std::is_enum_v<T>, std::underlying_type<T>, std::type_identity<T>>::type;
+    using Raw =
+        typename std::conditional_t<std::is_enum_v<T>, std::underlying_type<T>, std::type_identity<T>>::type;
     store(field, in_.fixed<Raw>(), value, min, max);
   }
   template <class T>
@@ -157,7 +160,8 @@ class Writer : public Checker {
 
   template <class T>
   void fixed(const char* field, T& value, std::uint64_t min = 0, std::uint64_t max = kMax<T>) {
-    using Raw = typename std::conditional_t<std::is_enum_v<T>, std::underlying_type<T>, std::type_identity<T>>::type;
+    using Raw =
+        typename std::conditional_t<std::is_enum_v<T>, std::underlying_type<T>, std::type_identity<T>>::type;
     if (ok() && inRange(field, toUnsigned(value), min, max)) out_.fixed(static_cast<Raw>(value));
   }
   template <class T>
@@ -171,7 +175,8 @@ class Writer : public Checker {
     if (ok() && finite(field, value, any)) out_.fixed(std::bit_cast<std::uint64_t>(value));
   }
   void f32(const char* field, float& value, bool any = false) {
-    if (ok() && finite(field, static_cast<double>(value), any)) out_.fixed(std::bit_cast<std::uint32_t>(value));
+    if (ok() && finite(field, static_cast<double>(value), any))
+      out_.fixed(std::bit_cast<std::uint32_t>(value));
   }
   template <std::size_t N>
   void array(const char*, std::array<std::uint8_t, N>& value) {
@@ -196,7 +201,8 @@ class Writer : public Checker {
   ByteWriter& out_;
 };
 
-/// Calls `sink(field, value)` for each field, value being std::uint64_t, std::int64_t, double, Bytes or std::string.
+/// Calls `sink(field, value)` for each field, value being std::uint64_t, std::int64_t, double, Bytes or
+/// std::string.
 template <class Sink>
 class Dumper {
  public:
@@ -205,14 +211,20 @@ class Dumper {
   bool ok() const { return true; }
   void require(bool, const char*) {}
   template <class T>
-  void fixed(const char* field, T& value, std::uint64_t = 0, std::uint64_t = 0) { sink_(field, toUnsigned(value)); }
+  void fixed(const char* field, T& value, std::uint64_t = 0, std::uint64_t = 0) {
+    sink_(field, toUnsigned(value));
+  }
   template <class T>
-  void varint(const char* field, T& value, std::uint64_t = 0, std::uint64_t = 0) { sink_(field, toUnsigned(value)); }
+  void varint(const char* field, T& value, std::uint64_t = 0, std::uint64_t = 0) {
+    sink_(field, toUnsigned(value));
+  }
   void signedVarint(const char* field, std::int64_t& value) { sink_(field, value); }
   void f64(const char* field, double& value, bool = false) { sink_(field, value); }
   void f32(const char* field, float& value, bool = false) { sink_(field, static_cast<double>(value)); }
   template <std::size_t N>
-  void array(const char* field, std::array<std::uint8_t, N>& value) { sink_(field, Bytes(value.begin(), value.end())); }
+  void array(const char* field, std::array<std::uint8_t, N>& value) {
+    sink_(field, Bytes(value.begin(), value.end()));
+  }
   void blob(const char* field, Bytes& value, std::uint64_t) { sink_(field, value); }
   void text(const char* field, std::string& value, std::uint64_t) { sink_(field, value); }
 
@@ -246,10 +258,12 @@ template <class Struct>
 Status readSized(ByteReader& in, Struct& value) {
   const std::uint64_t size = in.varint();
   if (in.malformed()) {
-    return {ErrorCode::kBadData, std::string(Struct::kName) + ": its length is not a canonical varint (spec " + Struct::kSpec + ")"};
+    return {ErrorCode::kBadData, std::string(Struct::kName) +
+                                     ": its length is not a canonical varint (spec " + Struct::kSpec + ")"};
   }
   if (in.truncated() || size > in.left()) {
-    return {ErrorCode::kTruncated, std::string(Struct::kName) + ": its length is above what is left (spec " + Struct::kSpec + ")"};
+    return {ErrorCode::kTruncated,
+            std::string(Struct::kName) + ": its length is above what is left (spec " + Struct::kSpec + ")"};
   }
   ByteReader body(in.bytes(static_cast<std::size_t>(size)));
   return readSyntax(body, value);

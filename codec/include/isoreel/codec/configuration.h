@@ -18,7 +18,8 @@ struct Configuration {
   Inside inside = Inside::kAbove;
   std::uint32_t tools = 0;  // one flag a coding tool; version 1 has none
   Grid grid;
-  std::uint32_t step = kCell / 16;  // nominal normal step of the vertex residual, 1/16384 of a cell, 1 to 16384
+  std::uint32_t step =
+      kCell / 16;  // nominal normal step of the vertex residual, 1/16384 of a cell, 1 to 16384
   TimeBase time_base;
 
   bool operator==(const Configuration&) const = default;

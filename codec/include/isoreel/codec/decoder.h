@@ -10,8 +10,9 @@
 namespace isoreel {
 
 struct DecodeOptions {
-  /// Octree level to stop at: 0 is the root; a level at or above the deepest, or none, gives the full surface. At a
-  /// coarser level, cells are larger by a power of two and vertices lie where the signs put them.
+  /// Octree level to stop at: 0 is the root; a level at or above the deepest, or none, gives the full
+  /// surface. At a coarser level, cells are larger by a power of two and vertices lie where the signs put
+  /// them.
   std::optional<std::uint32_t> level;
   /// Take a packet that was cut short, and decode the levels that are whole.
   bool allow_prefix = false;
@@ -19,9 +20,9 @@ struct DecodeOptions {
   std::uint32_t max_vertices = 1u << 27;
 };
 
-/// Turns packets into surfaces. Integer throughout: the same surface on every machine. Safe for untrusted input: it
-/// fails, or gives some surface, but neither crashes nor takes memory out of proportion to the packet's size.
-/// One decoder per thread.
+/// Turns packets into surfaces. Integer throughout: the same surface on every machine. Safe for untrusted
+/// input: it fails, or gives some surface, but neither crashes nor takes memory out of proportion to the
+/// packet's size. One decoder per thread.
 class Decoder {
  public:
   Decoder();
@@ -29,8 +30,9 @@ class Decoder {
   Decoder& operator=(Decoder&&) noexcept;
   ~Decoder();
 
-  /// Decodes one packet. Errors: kBadData (a rule is broken, a CRC or the surface hash does not agree), kTruncated,
-  /// kUnsupported (a newer version, profile or tool). The full surface is checked against the packet's hash.
+  /// Decodes one packet. Errors: kBadData (a rule is broken, a CRC or the surface hash does not agree),
+  /// kTruncated, kUnsupported (a newer version, profile or tool). The full surface is checked against the
+  /// packet's hash.
   Result<Surface> decode(ByteSpan packet, const DecodeOptions& options = {});
 
  private:

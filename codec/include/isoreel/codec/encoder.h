@@ -11,7 +11,8 @@ namespace isoreel {
 
 /// Where dual contouring puts the vertex of an active cell.
 enum class VertexPlacement {
-  kQef,       // least squares of the planes at the cell's sign-changing edges, kept inside the cell (Ju et al. 2002)
+  kQef,  // least squares of the planes at the cell's sign-changing edges, kept inside the cell (Ju et al.
+         // 2002)
   kCentroid,  // mean of the crossings on those edges
 };
 
@@ -38,14 +39,14 @@ struct FrameTiming {
 
 /// Sizes of what a packet holds, in bytes.
 struct PacketSizes {
-  std::uint64_t signs = 0;     // corner signs and leaf bits
+  std::uint64_t signs = 0;  // corner signs and leaf bits
   std::uint64_t motion = 0;
   std::uint64_t vertices = 0;
-  std::uint64_t other = 0;     // header and configuration record
+  std::uint64_t other = 0;  // header and configuration record
 };
 
-/// Turns volumes into packets, in the order given. One encoder per thread; encoders share nothing. The same volumes
-/// and settings give the same bytes, whatever `parallel` does.
+/// Turns volumes into packets, in the order given. One encoder per thread; encoders share nothing. The same
+/// volumes and settings give the same bytes, whatever `parallel` does.
 class Encoder {
  public:
   /// Fails when the configuration breaks a rule of spec codec 2.
@@ -54,8 +55,9 @@ class Encoder {
   Encoder& operator=(Encoder&&) noexcept;
   ~Encoder();
 
-  /// Codes the isosurface of `volume`, whose grid must equal the configuration's in size (placement is not compared).
-  /// Memory beyond the volume: one bit per node and about 200 bytes per vertex. `sizes` may be null.
+  /// Codes the isosurface of `volume`, whose grid must equal the configuration's in size (placement is not
+  /// compared). Memory beyond the volume: one bit per node and about 200 bytes per vertex. `sizes` may be
+  /// null.
   Result<Packet> encode(const Volume& volume, const FrameTiming& timing, PacketSizes* sizes = nullptr);
 
   /// The configuration record that starts every I packet (also what a container stores).
@@ -67,10 +69,11 @@ class Encoder {
   std::unique_ptr<State> state_;
 };
 
-/// The surface that the encoder's extractor sees before quantisation: dual contouring of `volume` (encoder side, not
-/// normative). Vertices are rounded to 1/16384 of a cell and numbered as a decoder numbers them.
+/// The surface that the encoder's extractor sees before quantisation: dual contouring of `volume` (encoder
+/// side, not normative). Vertices are rounded to 1/16384 of a cell and numbered as a decoder numbers them.
 Result<Surface> extractSurface(const Volume& volume, double isovalue, Inside inside,
                                VertexPlacement placement = VertexPlacement::kQef,
-                               NonFinite non_finite = NonFinite::kRefuse, const ParallelFor& parallel = serialFor);
+                               NonFinite non_finite = NonFinite::kRefuse,
+                               const ParallelFor& parallel = serialFor);
 
 }  // namespace isoreel

@@ -22,8 +22,8 @@ inline constexpr std::uint32_t kMinNodes = 2;
 inline constexpr std::uint32_t kMaxNodes = 1u << 16;
 
 /// A grid of nx × ny × nz nodes, x fastest, and where it lies in the world:
-/// world = origin + direction · (spacing ⊙ node). `direction` is row-major 3×3; its columns are the world directions
-/// of the grid's axes (the identity unless a reader finds better).
+/// world = origin + direction · (spacing ⊙ node). `direction` is row-major 3×3; its columns are the world
+/// directions of the grid's axes (the identity unless a reader finds better).
 struct Grid {
   std::array<std::uint32_t, 3> nodes{2, 2, 2};
   Vec3d origin{0, 0, 0};
@@ -40,23 +40,26 @@ struct Grid {
   Vec3d world(const Vec3d& cells) const {
     Vec3d result = origin;
     for (std::size_t row = 0; row < 3; ++row) {
-      for (std::size_t axis = 0; axis < 3; ++axis) result[row] += direction[3 * row + axis] * spacing[axis] * cells[axis];
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        result[row] += direction[3 * row + axis] * spacing[axis] * cells[axis];
     }
     return result;
   }
   Vec3d world(const GridPosition& p) const {
-    return world(Vec3d{static_cast<double>(p[0]) / kCell, static_cast<double>(p[1]) / kCell, static_cast<double>(p[2]) / kCell});
+    return world(Vec3d{static_cast<double>(p[0]) / kCell, static_cast<double>(p[1]) / kCell,
+                       static_cast<double>(p[2]) / kCell});
   }
 };
 
-/// The depth of the octree over a grid, which is also its deepest level: its root is the smallest cube of 2^depth cells
-/// that holds the grid (spec codec 4.1).
+/// The depth of the octree over a grid, which is also its deepest level: its root is the smallest cube of
+/// 2^depth cells that holds the grid (spec codec 4.1).
 inline std::uint32_t octreeDepth(const Grid& grid) {
   const std::uint32_t cells = std::max({grid.nodes[0], grid.nodes[1], grid.nodes[2]}) - 1;
   return static_cast<std::uint32_t>(std::bit_width(cells - 1));
 }
 
-/// OK, or the rule of spec codec 2 that the grid breaks: nodes from 2 to 65536 a side, finite placement, spacing above 0.
+/// OK, or the rule of spec codec 2 that the grid breaks: nodes from 2 to 65536 a side, finite placement,
+/// spacing above 0.
 Status checkGrid(const Grid& grid);
 
 }  // namespace isoreel

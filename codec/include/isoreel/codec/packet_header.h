@@ -34,7 +34,7 @@ struct PacketHeader {
   std::uint64_t duration = 1;
   std::vector<std::uint64_t> references;  // how many frames back, in display order
   double isovalue = 0;
-  std::uint32_t step = kCell / 16;            // of the residual's normal component, 1/16384 of a cell
+  std::uint32_t step = kCell / 16;             // of the residual's normal component, 1/16384 of a cell
   std::uint32_t tangential_step = kCell / 16;  // of its tangential components
   std::uint32_t vertices = 0;
   std::uint32_t faces = 0;
@@ -74,8 +74,8 @@ struct PacketHeader {
   }
 };
 
-/// Reads and checks the head of a packet; `payload_offset` gets where its first section starts. The payload may be cut
-/// short (see DecodeOptions::allow_prefix). Safe for untrusted input.
+/// Reads and checks the head of a packet; `payload_offset` gets where its first section starts. The payload
+/// may be cut short (see DecodeOptions::allow_prefix). Safe for untrusted input.
 Result<PacketHeader> readPacketHeader(ByteSpan packet, std::size_t* payload_offset = nullptr);
 
 }  // namespace isoreel

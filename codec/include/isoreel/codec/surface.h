@@ -12,9 +12,9 @@ namespace isoreel {
 using Triangle = std::array<std::uint32_t, 3>;
 using Quad = std::array<std::uint32_t, 4>;
 
-/// The dual mesh of one frame: a vertex in each active cell, a quad for each sign-changing edge inside the grid.
-/// It is closed except at the grid's border. Corners run counter-clockwise seen from outside, in grid space and in
-/// the world alike (a grid whose direction mirrors is accounted for by triangles()).
+/// The dual mesh of one frame: a vertex in each active cell, a quad for each sign-changing edge inside the
+/// grid. It is closed except at the grid's border. Corners run counter-clockwise seen from outside, in grid
+/// space and in the world alike (a grid whose direction mirrors is accounted for by triangles()).
 struct Surface {
   Grid grid;
   std::vector<GridPosition> vertices;
@@ -24,17 +24,18 @@ struct Surface {
   Vec3d world(std::uint32_t i) const { return grid.world(vertices[i]); }
   /// Two triangles for each quad, split along the shorter diagonal in world space (the first when equal).
   std::vector<Triangle> triangles() const;
-  /// Unit normal per vertex in world space, pointing outside: the area-weighted mean of its triangles' normals;
-  /// (0, 0, 0) for a vertex without a triangle.
+  /// Unit normal per vertex in world space, pointing outside: the area-weighted mean of its triangles'
+  /// normals; (0, 0, 0) for a vertex without a triangle.
   std::vector<std::array<float, 3>> normals() const;
 };
 
-/// OK when the mesh is closed except at the grid's border: each edge between two cells is passed as often one way as the
-/// other, unless both cells lie at the same side of the grid. Otherwise the first place where it is not.
+/// OK when the mesh is closed except at the grid's border: each edge between two cells is passed as often one
+/// way as the other, unless both cells lie at the same side of the grid. Otherwise the first place where it
+/// is not.
 Status checkClosed(const Surface& surface);
 
-/// XXH3-64 of the vertices (three 32-bit little-endian integers each) followed by the quads (four each): the surface
-/// hash of spec codec 7.
+/// XXH3-64 of the vertices (three 32-bit little-endian integers each) followed by the quads (four each): the
+/// surface hash of spec codec 7.
 std::uint64_t surfaceHash(const Surface& surface);
 
 }  // namespace isoreel

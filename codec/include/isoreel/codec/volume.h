@@ -10,8 +10,9 @@
 
 namespace isoreel {
 
-/// A grid of scalar samples, x fastest. `samples` has grid.nodeCount() values and stays good as long as `storage`,
-/// which may be a vector, a mapped file, or empty when the caller keeps the samples alive. Copies share the samples.
+/// A grid of scalar samples, x fastest. `samples` has grid.nodeCount() values and stays good as long as
+/// `storage`, which may be a vector, a mapped file, or empty when the caller keeps the samples alive. Copies
+/// share the samples.
 struct Volume {
   Grid grid;
   std::span<const float> samples;
@@ -21,7 +22,9 @@ struct Volume {
     auto kept = std::make_shared<const std::vector<float>>(std::move(values));
     return {grid, std::span<const float>(*kept), kept};
   }
-  float at(std::uint32_t x, std::uint32_t y, std::uint32_t z) const { return samples[grid.nodeIndex(x, y, z)]; }
+  float at(std::uint32_t x, std::uint32_t y, std::uint32_t z) const {
+    return samples[grid.nodeIndex(x, y, z)];
+  }
 };
 
 /// Which side of the isovalue is inside. A sample equal to the isovalue is outside under either rule.

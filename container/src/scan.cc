@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "src/scan.h"
+
+#include <algorithm>
+#include <optional>
+
+#include "src/chunk.h"
+#include "src/compress.h"
+#include "src/signature.h"
+
+namespace isoreel::container {
+namespace {
+
+/// A part of the source in memory, moved along as it is asked for.
+class Window {
+ public:
+  static constexpr std::size_t kStep = std::size_t{1} << 18;
+
+  Window(ByteSource& source, std::uint64_t size) : source_(source), size_(size) {}
+
+  /// Bytes from `offset` on: at least `count` (at most kStep) unless the file ends before. Good until the
+  /// next call. Empty with status() set when reading failed.
+  ByteSpan at(std::uint64_t offset, std::size_t count) {
+    const std::uint64_t left = size_ - std::min(size_, offset);
+    const std::size_t wanted = static_cast<std::size_t>(std::min<std::uint64_t>(count, left));
+    if (offset < start_ || offset - start_ > bytes_.size() || bytes_.size() - (offset - start_) < wanted) {
+      bytes_.resize(static_cast<std::size_t>(std::min<std::uint64_t>(kStep, left)));
+      start_ = offset;
+      const Result<std::size_t> got = source_.read(offset, bytes_);
+      if (!got.ok()) status_ = got.status();
+      bytes_.resize(got.ok() ? std::min(*got, bytes_.size()) : 0);
+    }
+    return ByteSpan(bytes_).subspan(static_cast<std::size_t>(offset - start_));
+  }
+  const Status& status() const { return status_; }
+
+ private:
+  ByteSource& source_;
+  const std::uint64_t size_;
+  std::uint64_t start_ = 0;
+  Bytes bytes_;
+  Status status_;
+};
+
+class Scanner {
+ public:
+  Scanner(ByteSource& source, std::uint64_t size, Contents& contents)
+      : window_(source, size), size_(size), contents_(contents) {}
+
+  Status run() {
+    ISOREEL_TRY(signature());
+    for (std::uint64_t position = Signature::kBytes; position < size_;) {
+      const Step step = chunk(position);
+      ISOREEL_TRY(window_.status());
+      if (step.status.ok()) {
+        closeGap(position);
+      } else if (!gap_start_) {
+        gap_start_ = position;
+        gap_reason_ = step.status.message();
+      }
+      position = step.next;
+    }
+    closeGap(size_);
+    if (!has_track_ && contents_.frames.empty()) {
+      return {ErrorCode::kTruncated, "neither a track record nor a frame is whole (spec container 9.2)"};
+    }
+    if (!has_track_) {
+      contents_.info.damage.emplace_back(
+          "no track record is whole: time base, track name and configuration are lost (spec container 5)");
+    }
+    return {};
+  }
+
+ private:
+  struct Step {
+    Status status;
+    std::uint64_t next;  // where to look for the next chunk
+  };
+
+  Status signature() {
+    ISOREEL_ASSIGN(const SignatureFacts facts,
+                   readSignature(first(window_.at(0, Signature::kBytes), Signature::kBytes)));
+    if (!facts.crc_good) {
+      contents_.info.damage.emplace_back("signature: CRC does not match (spec container 2.2)");
+      return {};
+    }
+    contents_.info.uuid = facts.signature.uuid;
+    contents_.info.version = facts.signature.version;
+    contents_.info.minor = facts.signature.minor;
+    return {};
+  }
+
+  // The chunk at `position`, or what is wrong with it.
+  Step chunk(std::uint64_t position) {
+    const ByteSpan front = window_.at(position, ChunkHeader::kBytes);
+    if (front.size() < ChunkHeader::kBytes) {
+      return {{ErrorCode::kTruncated, "ends inside a chunk header (spec container 3.1)"}, size_};
+    }
+    const Result<ChunkHeader> header = readChunkHeader(front);
+    if (!header.ok()) return {header.status(), nextHeader(position + 1)};
+    const std::uint64_t room = size_ - position - ChunkHeader::kBytes;
+    if (room < kPayloadCrcBytes || header->length > room - kPayloadCrcBytes) {
+      return {
+          {ErrorCode::kTruncated, "ends inside a " + typeName(header->type) + " chunk (spec container 3.1)"},
+          nextHeader(position + 1)};
+    }
+    const std::uint64_t end = position + kChunkOverhead + header->length;
+    if (Status limit = checkPayloadLength(*header); !limit.ok()) return {std::move(limit), end};
+    Bytes kept;
+    if (Status crc = payload(position + ChunkHeader::kBytes, *header, kept); !crc.ok()) {
+      // Bytes may be missing, so chunks may start inside. But a file made of chunk headers in each other's
+      // payloads must not cost a CRC of the rest for each: beyond the file's size in failed payloads, whole
+      // ones are passed.
+      failed_bytes_ += header->length;
+      return {crc.at(typeName(header->type)), failed_bytes_ > size_ ? end : nextHeader(position + 1)};
+    }
+    return {take(*header, position, kept), end};
+  }
+
+  // Checks the payload's CRC, and keeps as much of the payload as its type needs.
+  Status payload(std::uint64_t offset, const ChunkHeader& header, Bytes& kept) {
+    std::uint64_t keep = 0;
+    if (header.type == kFrameType) keep = kMaxFrameStart;
+    if (header.type == kTrackType || header.type == kTagsType) keep = header.length;
+    std::uint32_t crc = 0;
+    for (std::uint64_t done = 0; done < header.length;) {
+      const ByteSpan bytes = first(window_.at(offset + done, 1), header.length - done);
+      if (bytes.empty()) return {ErrorCode::kTruncated, "the file became shorter while it was read"};
+      crc = crc32c(bytes, crc);
+      const ByteSpan more = first(bytes, keep - std::min<std::uint64_t>(keep, kept.size()));
+      kept.insert(kept.end(), more.begin(), more.end());
+      done += bytes.size();
+    }
+    return checkPayloadCrc(crc,
+                           first(window_.at(offset + header.length, kPayloadCrcBytes), kPayloadCrcBytes));
+  }
+
+  Status take(const ChunkHeader& header, std::uint64_t position, const Bytes& kept) {
+    if (header.type == kFrameType) return frame(header, position, kept);
+    if (header.type == kTrackType) return track(kept);
+    if (header.type != kTagsType) return {};
+    ISOREEL_ASSIGN(const Bytes tags, decompress(kept, kMaxTags));
+    contents_.info.tags.assign(tags.begin(), tags.end());
+    return {};
+  }
+
+  Status frame(const ChunkHeader& header, std::uint64_t position, const Bytes& kept) {
+    ISOREEL_ASSIGN(const FrameFacts facts, readFrameStart(kept, header.length));
+    if (!has_track_ && contents_.frames.empty()) contents_.track = facts.track;
+    if (facts.track != contents_.track) return {};
+    ISOREEL_TRY(order_.checkRising(facts.header));
+    order_.passed(facts.header);
+    contents_.frames.push_back({facts.header, position, header.length + kChunkOverhead});
+    return {};
+  }
+
+  // The first track counts; if its record was lost, that of the frames found so far.
+  Status track(const Bytes& kept) {
+    TrackRecord record;
+    ByteReader in(kept);
+    ISOREEL_TRY(readSyntax(in, record));
+    if (has_track_ || (!contents_.frames.empty() && record.id != contents_.track)) return {};
+    has_track_ = true;
+    contents_.track = record.id;
+    contents_.info.time_base = record.time_base;
+    contents_.info.track_name = std::move(record.name);
+    contents_.info.configuration = std::move(record.configuration);
+    return {};
+  }
+
+  // The next place from `position` on where a chunk header with a good CRC stands; the end when there is
+  // none.
+  std::uint64_t nextHeader(std::uint64_t position) {
+    constexpr auto& kSync = ChunkHeader::kSync;
+    while (position + ChunkHeader::kBytes <= size_) {
+      const ByteSpan bytes = window_.at(position, ChunkHeader::kBytes);
+      if (bytes.size() < ChunkHeader::kBytes) break;
+      const auto found = std::search(bytes.begin(), bytes.end(), kSync.begin(), kSync.end());
+      const std::size_t passed = static_cast<std::size_t>(found - bytes.begin());
+      if (found == bytes.end()) {
+        position += passed - (kSync.size() - 1);  // a marker may be half in this window
+      } else if (startsChunk(window_.at(position + passed, ChunkHeader::kBytes))) {
+        return position + passed;
+      } else {
+        position += passed + 1;
+      }
+    }
+    return size_;
+  }
+
+  void closeGap(std::uint64_t end) {
+    if (!gap_start_) return;
+    contents_.info.damage.push_back("byte " + std::to_string(*gap_start_) + ", " +
+                                    std::to_string(end - *gap_start_) + " bytes left out: " + gap_reason_);
+    gap_start_.reset();
+  }
+
+  static ByteSpan first(ByteSpan bytes, std::uint64_t count) {
+    return bytes.first(static_cast<std::size_t>(std::min<std::uint64_t>(bytes.size(), count)));
+  }
+
+  Window window_;
+  const std::uint64_t size_;
+  Contents& contents_;
+  FrameOrder order_;
+  bool has_track_ = false;
+  std::uint64_t failed_bytes_ = 0;
+  std::optional<std::uint64_t> gap_start_;
+  std::string gap_reason_;
+};
+
+}  // namespace
+
+Status scanChunks(ByteSource& source, std::uint64_t size, Contents& contents) {
+  return Scanner(source, size, contents).run();
+}
+
+}  // namespace isoreel::container
