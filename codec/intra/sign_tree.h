@@ -109,15 +109,35 @@ class SignTree {
     }
   }
 
-  // The heterogeneous cells around a brick of parents: 6×6×6 flags from -1 to 4.
-  struct Occupancy {
-    std::array<bool, 216> flags{};
-    static std::size_t at(int x, int y, int z) {
-      return static_cast<std::size_t>(((z + 1) * 6 + y + 1) * 6 + x + 1);
+  // Which of the cells around a brick of parents are in the grid and not divided: 6×6 rows along x, from -1
+  // to 4.
+  struct Absent {
+    std::array<std::uint8_t, 36> rows{};
+
+    // The 3×3×3 cells around one of the brick's, in the order of SignBlock::neighbours.
+    std::uint32_t around(int x, int y, int z) const {
+      std::uint32_t bits = 0;
+      for (int dz = 0, shift = 0; dz < 3; ++dz) {
+        for (int dy = 0; dy < 3; ++dy, shift += 3) {
+          bits |= ((std::uint32_t{rows[static_cast<std::size_t>((z + dz) * 6 + y + dy)]} >> x) & 7u) << shift;
+        }
+      }
+      return bits;
     }
   };
-  Occupancy occupancy(const CellIndex::Brick& brick) const {
-    Occupancy result;
+  Absent absent(const CellIndex::Brick& brick, const LevelLattice& parents) const {
+    Absent result;
+    const auto inGrid = [](std::int32_t at, std::int32_t cells) { return at >= 0 && at < cells; };
+    std::uint8_t row = 0;
+    for (int x = -1; x <= 4; ++x)
+      row = static_cast<std::uint8_t>(row | unsigned{inGrid(4 * brick.x + x, parents.cells[0])} << (x + 1));
+    for (int z = -1; z <= 4; ++z) {
+      for (int y = -1; y <= 4; ++y) {
+        const bool in =
+            inGrid(4 * brick.y + y, parents.cells[1]) && inGrid(4 * brick.z + z, parents.cells[2]);
+        result.rows[static_cast<std::size_t>((z + 1) * 6 + y + 1)] = in ? row : 0;
+      }
+    }
     for (int dz = -1; dz <= 1; ++dz) {
       for (int dy = -1; dy <= 1; ++dy) {
         for (int dx = -1; dx <= 1; ++dx) {
@@ -129,7 +149,8 @@ class SignTree {
                       y = static_cast<int>(gatherBits(code >> 1)) + 4 * dy,
                       z = static_cast<int>(gatherBits(code >> 2)) + 4 * dz;
             if (x < -1 || y < -1 || z < -1 || x > 4 || y > 4 || z > 4) continue;
-            result.flags[Occupancy::at(x, y, z)] = true;
+            std::uint8_t& at = result.rows[static_cast<std::size_t>((z + 1) * 6 + y + 1)];
+            at = static_cast<std::uint8_t>(at & ~(1u << (x + 1)));
           }
         }
       }
@@ -139,20 +160,23 @@ class SignTree {
 
   void codeSigns(const CellIndex::Brick& brick, const LevelLattice& parents, const LevelLattice& lattice,
                  Coder& signs) {
-    const Occupancy occupied = occupancy(brick);
+    const Absent undivided = absent(brick, parents);
     SignBlock block;
     lattice_.load(brick.x, brick.y, brick.z, block);
     const std::array<std::int32_t, 3> base{8 * brick.x, 8 * brick.y, 8 * brick.z};
     for (std::uint32_t i = brick.first; i < brick.first + brick.count; ++i) {
       const Cell& cell = cells_[i];
       const std::array<int, 3> local{cell.x & 3, cell.y & 3, cell.z & 3};
-      for (const auto& [dx, dy, dz] : kNewNodes) {
+      const std::uint32_t undivided_around = undivided.around(local[0], local[1], local[2]);
+      for (const auto& [dx, dy, dz, cells_at] : kNewNodes) {
         const int x = 2 * local[0] + dx, y = 2 * local[1] + dy, z = 2 * local[2] + dz;
         if (base[0] + x > lattice.last[0] || base[1] + y > lattice.last[1] || base[2] + z > lattice.last[2])
           continue;
         if (block.isKnown(x, y, z)) continue;
         bool sign;
-        if (besideLeaf(cell, local, {dx, dy, dz}, parents, occupied)) {
+        if (undivided_around & cells_at) {
+          // The node also lies on a cell of this level that is not divided: its sign is that of the corners
+          // they share.
           sign = block.isInside(2 * local[0] + (dx & 2), 2 * local[1] + (dy & 2), 2 * local[2] + (dz & 2));
         } else {
           const std::uint32_t known = SignBlock::neighbours(block.known, x, y, z);
@@ -166,27 +190,6 @@ class SignTree {
     lattice_.store(brick.x, brick.y, brick.z, block);
   }
 
-  // Whether a node on a face or edge of the cell also lies on a cell of the same level that is not divided:
-  // then its sign is that of the corners they share, and costs nothing.
-  static bool besideLeaf(const Cell& cell, const std::array<int, 3>& local, const std::array<int, 3>& node,
-                         const LevelLattice& parents, const Occupancy& occupied) {
-    const std::array<int, 3> at{cell.x, cell.y, cell.z};
-    for (int choice = 1; choice < 8; ++choice) {
-      std::array<int, 3> offset{};
-      bool counts = true;
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        if ((choice >> axis & 1) == 0) continue;
-        offset[axis] = node[axis] - 1;
-        const int neighbour = at[axis] + offset[axis];
-        counts = counts && offset[axis] != 0 && neighbour >= 0 && neighbour < parents.cells[axis];
-      }
-      if (counts &&
-          !occupied.flags[Occupancy::at(local[0] + offset[0], local[1] + offset[1], local[2] + offset[2])])
-        return true;
-    }
-    return false;
-  }
-
   // The children that hold a sign change become the cells of this level.
   Status codeChildren(std::uint32_t level, const LevelLattice& lattice, Coder& leaves) {
     children_.clear();
@@ -195,24 +198,22 @@ class SignTree {
       lattice_.load(brick.x, brick.y, brick.z, block);
       const std::array<std::int32_t, 3> base{8 * brick.x, 8 * brick.y, 8 * brick.z};
       for (std::uint32_t i = brick.first; i < brick.first + brick.count; ++i) {
+        const std::array<int, 3> first{2 * cells_[i].x, 2 * cells_[i].y, 2 * cells_[i].z};
+        const std::uint32_t signs = signsOfChildren(block, base, first, lattice);
         for (int number = 0; number < 8; ++number) {
-          const std::array<int, 3> at{2 * cells_[i].x + (number & 1), 2 * cells_[i].y + (number >> 1 & 1),
-                                      2 * cells_[i].z + (number >> 2)};
+          const std::array<int, 3> at{first[0] + (number & 1), first[1] + (number >> 1 & 1),
+                                      first[2] + (number >> 2)};
           if (at[0] >= lattice.cells[0] || at[1] >= lattice.cells[1] || at[2] >= lattice.cells[2]) continue;
-          const int x = at[0] - base[0], y = at[1] - base[1], z = at[2] - base[2];
-          // A corner outside the grid is as the last node inside.
-          const int dx = at[0] < lattice.last[0], dy = at[1] < lattice.last[1], dz = at[2] < lattice.last[2];
-          Cell child{static_cast<std::uint16_t>(at[0]), static_cast<std::uint16_t>(at[1]),
-                     static_cast<std::uint16_t>(at[2]), 0};
-          for (int corner = 0; corner < 8; ++corner) {
-            const bool sign =
-                block.isInside(x + (corner & dx), y + ((corner >> 1) & dy), z + ((corner >> 2) & dz));
-            child.corners = static_cast<std::uint8_t>(child.corners | unsigned{sign} << corner);
-          }
+          const std::uint32_t from = signs >> ((number & 1) + 3 * (number >> 1 & 1) + 9 * (number >> 2));
+          const Cell child{static_cast<std::uint16_t>(at[0]), static_cast<std::uint16_t>(at[1]),
+                           static_cast<std::uint16_t>(at[2]),
+                           static_cast<std::uint8_t>((from & 3) | (from >> 1 & 12) | (from >> 5 & 48) |
+                                                     (from >> 6 & 192))};
           if (!isActive(child)) {
             if (level == depth_) continue;
             const bool sign = child.corners != 0;
-            const auto [around, around_inside] = surroundings(block, x, y, z);
+            const auto [around, around_inside] =
+                surroundings(block, at[0] - base[0], at[1] - base[1], at[2] - base[2]);
             BitModel& model = leaf_models_.at(around, around_inside, sign, depth_ - level);
             if (!leaves.code(model, truth_.divided(level, child))) continue;
           }
@@ -232,6 +233,25 @@ class SignTree {
     return {};
   }
 
+  // Inside bits of the 3×3×3 nodes of a parent's children, in the order of SignBlock::neighbours. A node
+  // outside the grid is as the last one inside.
+  static std::uint32_t signsOfChildren(const SignBlock& block, const std::array<std::int32_t, 3>& base,
+                                       const std::array<int, 3>& first, const LevelLattice& lattice) {
+    std::uint32_t signs = SignBlock::neighbours(block.inside, first[0] - base[0] + 1, first[1] - base[1] + 1,
+                                                first[2] - base[2] + 1);
+    constexpr std::array<std::uint32_t, 3> kPlanes{0x1249249, 0x1C0E07,
+                                                   0x1FF};  // the lowest nodes along each axis
+    constexpr std::array<int, 3> kStrides{1, 3, 9};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      for (int node = 1; node <= 2; ++node) {
+        if (first[axis] + node <= lattice.last[axis]) continue;
+        const std::uint32_t inside = signs >> (kStrides[axis] * (node - 1)) & kPlanes[axis];
+        signs = (signs & ~(kPlanes[axis] << kStrides[axis] * node)) | inside << kStrides[axis] * node;
+      }
+    }
+    return signs;
+  }
+
   // Known and inside bits of the 4×4×4 nodes from -1 to 2 around a child's corner 0.
   static std::pair<std::uint64_t, std::uint64_t> surroundings(const SignBlock& block, int x, int y, int z) {
     std::uint64_t known = 0, inside = 0;
@@ -245,27 +265,44 @@ class SignTree {
     return {known, inside};
   }
 
-  // The 19 nodes that children add to their parent's corners: its middle, the middles of its faces, then of
-  // its edges.
-  static constexpr std::array<std::array<int, 3>, 19> kNewNodes{{{1, 1, 1},
-                                                                 {1, 1, 0},
-                                                                 {1, 0, 1},
-                                                                 {0, 1, 1},
-                                                                 {1, 1, 2},
-                                                                 {1, 2, 1},
-                                                                 {2, 1, 1},
-                                                                 {1, 0, 0},
-                                                                 {0, 1, 0},
-                                                                 {0, 0, 1},
-                                                                 {1, 2, 0},
-                                                                 {2, 1, 0},
-                                                                 {1, 0, 2},
-                                                                 {0, 1, 2},
-                                                                 {2, 0, 1},
-                                                                 {0, 2, 1},
-                                                                 {1, 2, 2},
-                                                                 {2, 1, 2},
-                                                                 {2, 2, 1}}};
+  // A node that children add to their parent's corners, and the parent-level cells that it lies on besides
+  // their parent (bits as of Absent::around).
+  struct NewNode {
+    int x, y, z;
+    std::uint32_t cells;
+  };
+  // The 19 of them: the parent's middle, the middles of its faces, then of its edges.
+  static constexpr auto kNewNodes = [] {
+    std::array<NewNode, 19> nodes{{{1, 1, 1, 0},
+                                   {1, 1, 0, 0},
+                                   {1, 0, 1, 0},
+                                   {0, 1, 1, 0},
+                                   {1, 1, 2, 0},
+                                   {1, 2, 1, 0},
+                                   {2, 1, 1, 0},
+                                   {1, 0, 0, 0},
+                                   {0, 1, 0, 0},
+                                   {0, 0, 1, 0},
+                                   {1, 2, 0, 0},
+                                   {2, 1, 0, 0},
+                                   {1, 0, 2, 0},
+                                   {0, 1, 2, 0},
+                                   {2, 0, 1, 0},
+                                   {0, 2, 1, 0},
+                                   {1, 2, 2, 0},
+                                   {2, 1, 2, 0},
+                                   {2, 2, 1, 0}}};
+    for (NewNode& node : nodes) {
+      for (int z = std::min(node.z, 1); z <= std::max(node.z, 1); ++z) {
+        for (int y = std::min(node.y, 1); y <= std::max(node.y, 1); ++y) {
+          for (int x = std::min(node.x, 1); x <= std::max(node.x, 1); ++x) {
+            if (x != 1 || y != 1 || z != 1) node.cells |= 1u << (x + 3 * y + 9 * z);
+          }
+        }
+      }
+    }
+    return nodes;
+  }();
 
   const Grid& grid_;
   std::uint32_t depth_;
