@@ -31,7 +31,7 @@ struct Surface {
 
 /// OK when the mesh is closed except at the grid's border: each edge between two cells is passed as often one
 /// way as the other, unless both cells lie at the same side of the grid. Otherwise the first place where it
-/// is not.
+/// is not. For full surfaces: at a coarser octree level, cells at the border are wider than this knows.
 Status checkClosed(const Surface& surface);
 
 /// XXH3-64 of the vertices (three 32-bit little-endian integers each) followed by the quads (four each): the

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "intra/sign_tree.h"
+#include "intra/vertex_coder.h"
+#include "made.h"
+
+namespace isoreel {
+namespace {
+
+/// Answers the tree coder straight from the samples; nothing is built beforehand.
+struct SampleTruth {
+  const made::Made* made;
+
+  bool at(std::uint32_t x, std::uint32_t y, std::uint32_t z) const {
+    return isInside(made->volume.at(x, y, z), made->isovalue, made->inside);
+  }
+  bool sign(const LevelLattice& lattice, int x, int y, int z) const {
+    return at(static_cast<std::uint32_t>(x) << lattice.shift, static_cast<std::uint32_t>(y) << lattice.shift,
+              static_cast<std::uint32_t>(z) << lattice.shift);
+  }
+  bool divided(std::uint32_t level, const Cell& cell) const {
+    const auto& nodes = made->volume.grid.nodes;
+    const std::uint32_t size = 1u << (made::depthOf(made->volume.grid) - level);
+    const bool first = at(cell.x * size, cell.y * size, cell.z * size);
+    for (std::uint32_t z = cell.z * size; z <= std::min((cell.z + 1) * size, nodes[2] - 1); ++z) {
+      for (std::uint32_t y = cell.y * size; y <= std::min((cell.y + 1) * size, nodes[1] - 1); ++y) {
+        for (std::uint32_t x = cell.x * size; x <= std::min((cell.x + 1) * size, nodes[0] - 1); ++x) {
+          if (at(x, y, z) != first) return true;
+        }
+      }
+    }
+    return false;
+  }
+};
+
+TEST(SignTree, DecodesTheCellsOfEveryLevel) {
+  for (const made::Made& m : made::all()) {
+    SCOPED_TRACE(m.name);
+    const Grid& grid = m.volume.grid;
+    SignTree<RangePut, SampleTruth> put(grid, {&m}, 1u << 20);
+    SignTree<RangeGet, UnknownTruth> get(grid, {}, 1u << 20);
+    ASSERT_EQ(put.depth(), made::depthOf(grid));
+    for (std::uint32_t level = 0; level <= put.depth(); ++level) {
+      Bytes sign_bytes, leaf_bytes;
+      RangePut signs(sign_bytes), leaves(leaf_bytes);
+      ASSERT_TRUE((level == 0 ? put.codeRoot(signs, leaves) : put.codeLevel(level, signs, leaves)).ok());
+      signs.finish();
+      leaves.finish();
+      RangeGet get_signs(sign_bytes), get_leaves(leaf_bytes);
+      const Status status =
+          level == 0 ? get.codeRoot(get_signs, get_leaves) : get.codeLevel(level, get_signs, get_leaves);
+      ASSERT_TRUE(status.ok()) << status.message();
+      EXPECT_TRUE(get_signs.finished());
+      EXPECT_TRUE(get_leaves.finished());
+
+      const made::Reference expected = made::reference(m, level);
+      std::size_t next = 0;
+      for (const Cell& cell : get.cells()) {
+        if (!isActive(cell)) continue;
+        ASSERT_LT(next, expected.cells.size());
+        const made::ReferenceCell& e = expected.cells[next++];
+        ASSERT_EQ((std::array<std::uint32_t, 3>{cell.x, cell.y, cell.z}), e.at);
+        ASSERT_EQ(cell.corners, e.corners);
+      }
+      EXPECT_EQ(next, expected.cells.size()) << "level " << level;
+      if (get.cells().empty()) break;
+    }
+  }
+}
+
+TEST(SignTree, StopsAtMoreCellsThanAllowed) {
+  const made::Made& m = made::named("sphere");
+  SignTree<RangePut, SampleTruth> tree(m.volume.grid, {&m}, 10);
+  Status status;
+  for (std::uint32_t level = 0; level <= tree.depth() && status.ok(); ++level) {
+    Bytes bytes, more;
+    RangePut signs(bytes), leaves(more);
+    status = level == 0 ? tree.codeRoot(signs, leaves) : tree.codeLevel(level, signs, leaves);
+  }
+  ASSERT_FALSE(status.ok());
+  EXPECT_NE(status.message().find("than the header's 10 vertices (spec codec 4.1)"), std::string_view::npos)
+      << status.message();
+}
+
+TEST(SignTree, EndlessZerosEnd) {
+  // The widest grid and a stream that has ended: the coder must give up soon, not walk 2^48 nodes.
+  const Grid grid = made::gridOf(kMaxNodes, kMaxNodes, kMaxNodes);
+  for (const std::uint8_t byte : {std::uint8_t{0}, std::uint8_t{0x80}, std::uint8_t{0xFF}}) {
+    SignTree<RangeGet, UnknownTruth> tree(grid, {}, 1u << 20);
+    const Bytes bytes(20, byte);
+    Status status;
+    for (std::uint32_t level = 0; level <= tree.depth() && status.ok(); ++level) {
+      RangeGet signs(bytes), leaves(bytes);
+      status = level == 0 ? tree.codeRoot(signs, leaves) : tree.codeLevel(level, signs, leaves);
+      if (tree.cells().empty()) break;
+    }
+    EXPECT_TRUE(!status.ok() || tree.cells().empty());
+  }
+}
+
+TEST(SignModels, StartFromTheVoteOfTheirContext) {
+  SignModels models;
+  constexpr std::uint32_t kAll = ((1u << 27) - 1) & ~(1u << 13);
+  EXPECT_EQ(models.at(0, 0).one, 32768);
+  EXPECT_EQ(models.at(kAll, kAll).one, 62259);
+  EXPECT_EQ(models.at(kAll, 0).one, 3277);
+  EXPECT_EQ(models.at(1u << 4, 1u << 4).one, 32768 + 4 * 1638);
+  EXPECT_EQ(models.at(1u << 1, 0).one, 32768 - 2 * 1638);
+  EXPECT_EQ(models.at(1u << 26, 1u << 26).one, 32768 + 1638);
+  // Each face neighbour has its own part in the context.
+  EXPECT_NE(&models.at(1u << 4, 1u << 4), &models.at(1u << 22, 1u << 22));
+  models.at(0, 0).update(true);
+  models.reset();
+  EXPECT_EQ(models.at(0, 0).one, 32768);
+}
+
+TEST(LeafModels, TellTheContextsOfTheSpecificationApart) {
+  LeafModels models;
+  const auto low = [](int bits) { return bits == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << bits) - 1; };
+  const auto of = [&](int others, int known, bool sign, std::uint32_t below) {
+    const std::uint64_t around = low(known);
+    return &models.at(around, sign ? around & ~low(others) : low(others), sign, below);
+  };
+  EXPECT_EQ(of(3, 64, false, 1), of(4, 64, false, 1));
+  EXPECT_NE(of(4, 64, false, 1), of(5, 64, false, 1));
+  EXPECT_EQ(of(9, 64, true, 2), of(20, 64, true, 2));
+  EXPECT_NE(of(1, 64, true, 2), of(1, 64, false, 2));
+  EXPECT_EQ(of(0, 56, false, 1), of(0, 63, false, 1));
+  EXPECT_NE(of(0, 64, false, 1), of(0, 63, false, 1));
+  EXPECT_NE(of(0, 55, false, 1), of(0, 56, false, 1));
+  EXPECT_EQ(of(0, 40, false, 1), of(0, 55, false, 1));
+  EXPECT_NE(of(0, 39, false, 1), of(0, 40, false, 1));
+  EXPECT_EQ(of(0, 64, false, 4), of(0, 64, false, 16));
+  EXPECT_NE(of(0, 64, false, 3), of(0, 64, false, 4));
+}
+
+TEST(Reconstruct, StaysInTheCellAndFollowsTheFrame) {
+  made::Random random(7);
+  for (int trial = 0; trial < 20000; ++trial) {
+    const LocalFrame& frame = kLocalFrames[random() & 255];
+    const auto value = [&] { return static_cast<std::int32_t>(random() % 131071) - 65535; };
+    const ResidualSteps steps{static_cast<std::int32_t>(random() % kCell) + 1,
+                              static_cast<std::int32_t>(random() % kCell) + 1};
+    const auto wild = reconstruct(frame, {value(), value(), value()}, steps);
+    for (const std::int32_t x : wild) {
+      ASSERT_GE(x, 0);
+      ASSERT_LE(x, kCell);
+    }
+    const Residual small{static_cast<std::int32_t>(random() % 5) - 2,
+                         static_cast<std::int32_t>(random() % 5) - 2,
+                         static_cast<std::int32_t>(random() % 5) - 2};
+    const auto near = reconstruct(frame, small, {64, 128});
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double exact =
+          frame.vertex[k] + (64.0 * small[0] * frame.normal[k] + 128.0 * small[1] * frame.tangent1[k] +
+                             128.0 * small[2] * frame.tangent2[k]) /
+                                kCell;
+      ASSERT_NEAR(near[k], std::clamp(exact, 0.0, double{kCell}), 0.5001);
+    }
+    ASSERT_EQ(reconstruct(frame, {0, 0, 0}, steps), frame.vertex);
+  }
+}
+
+}  // namespace
+}  // namespace isoreel

@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Makes the golden packets of spec/vectors and their manifest. They are decoded by the tests and by
+// spec/decode.py, never made again by them: what an encoder writes may change, what these packets mean may
+// not.
+//
+//   usage: codec_make_vectors FOLDER
+
+#include <cstdio>
+#include <fstream>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "made.h"
+#include "packets.h"
+
+namespace isoreel {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+class Vectors {
+ public:
+  explicit Vectors(std::string folder) : folder_(std::move(folder)) {}
+
+  /// A packet that decodes; levels and prefixes are listed too.
+  void accept(const std::string& name, const std::string& shows, const Bytes& packet) {
+    Decoder decoder;
+    const auto full = decoder.decode(packet);
+    if (!full) return fail(name, full.error().message);
+    Json entry = {{"name", name}, {"file", write(name, packet)}, {"shows", shows}};
+    entry.update(summary(*full));
+    entry["levels"] = Json::array();
+    std::size_t payload = 0;
+    const PacketHeader header = *readPacketHeader(packet, &payload);
+    const std::uint32_t depth = made::depthOf(full->grid);
+    for (std::uint32_t level = 0; level <= depth; ++level) {
+      DecodeOptions options;
+      options.level = level;
+      entry["levels"].push_back(summary(*decoder.decode(packet, options)));
+    }
+    // Cut in the middle of each level's last section but the first one's: the level above is what is left.
+    entry["prefixes"] = Json::array();
+    std::size_t end = payload;
+    for (std::size_t i = 0; i < header.sections.size(); ++i) {
+      const Section& s = header.sections[i];
+      if (s.kind == static_cast<std::uint32_t>(SectionKind::kSigns) && s.level > 0) {
+        entry["prefixes"].push_back({{"bytes", end + s.bytes / 2}, {"level", s.level - 1}});
+      }
+      end += s.bytes;
+    }
+    manifest_["accept"].push_back(entry);
+  }
+  /// A packet that must be refused, and a part of our decoder's message.
+  void reject(const std::string& name, const std::string& error, const Bytes& packet) {
+    const auto result = Decoder().decode(packet);
+    if (result.ok() || result.error().message.find(error) == std::string::npos) {
+      return fail(name, result.ok() ? "is not refused" : result.error().message);
+    }
+    manifest_["reject"].push_back({{"name", name}, {"file", write(name, packet)}, {"error", error}});
+  }
+  bool finish() {
+    std::ofstream(folder_ + "/manifest.json") << manifest_.dump(1) << "\n";
+    return !failed_;
+  }
+
+ private:
+  static Json summary(const Surface& surface) {
+    char hash[17];
+    std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(surfaceHash(surface)));
+    return {{"vertices", surface.vertices.size()}, {"faces", surface.quads.size()}, {"hash", hash}};
+  }
+  std::string write(const std::string& name, const Bytes& packet) {
+    const std::string file = name + ".packet";
+    std::ofstream out(folder_ + "/" + file, std::ios::binary);
+    out.write(reinterpret_cast<const char*>(packet.data()), static_cast<std::streamsize>(packet.size()));
+    return file;
+  }
+  void fail(const std::string& name, const std::string& why) {
+    std::cerr << name << ": " << why << "\n";
+    failed_ = true;
+  }
+
+  std::string folder_;
+  Json manifest_ = {{"accept", Json::array()}, {"reject", Json::array()}};
+  bool failed_ = false;
+};
+
+Bytes packetOf(const char* name, std::uint32_t step = kCell / 16) {
+  return made::encoded(made::named(name), step).data;
+}
+
+/// A sphere with a placement, a time and an isovalue of its own.
+Bytes placed() {
+  made::Made m{"placed", made::sampled(made::gridOf(12, 15, 10), made::sphere(5, 7, 4, 2)), 1.75};
+  m.volume.grid.origin = {-10, 2.5, 1e6};
+  m.volume.grid.spacing = {0.5, 0.25, 2};
+  m.volume.grid.direction = {0, 1, 0, 1, 0, 0, 0, 0, 1};
+  EncoderSettings settings = made::settings(m);
+  settings.configuration.time_base = {1001, 30000};
+  auto encoder = Encoder::create(settings);
+  return encoder->encode(m.volume, {123456789012, -77, 3, m.isovalue})->data;
+}
+
+/// Bytes behind the fields of header and record, a minor version, sections of unknown kinds.
+Bytes extended(ByteSpan packet) {
+  made::Parts parts = made::taken(packet);
+  Bytes& record = parts.header.configuration;
+  record.insert(record.end() - 4, 6, 0xEE);
+  record[6] = static_cast<std::uint8_t>(record.size());
+  made::changeRecord(record, 5, 9);
+  parts.header.sections.insert(parts.header.sections.begin() + 1, {9, 200, 0});
+  parts.sections.insert(parts.sections.begin() + 1, Bytes(11, 0x33));
+  return made::withLongerHeader(made::joined(parts), 40);
+}
+
+void acceptAll(Vectors& vectors) {
+  vectors.accept("empty", "no sign change: everything is outside", packetOf("empty"));
+  vectors.accept("all_inside", "no sign change: everything is inside", packetOf("all_inside"));
+  vectors.accept("smallest", "a grid of 2 nodes a side: one cell, no octree", packetOf("noise_2x2x2"));
+  vectors.accept("thin", "3 x 2 x 100 nodes of noise: cells that reach out of the grid at every level",
+                 packetOf("noise_3x2x100"));
+  vectors.accept("noise", "20 x 33 x 7 nodes of noise: ambiguous faces, most sign contexts",
+                 packetOf("noise_20x33x7"));
+  vectors.accept("sphere", "a closed surface in a grid of 2^5 + 1 nodes a side", packetOf("sphere"));
+  vectors.accept("sphere_cut", "a surface that is open at the grid's border", packetOf("sphere_cut"));
+  vectors.accept("torus", "a grid whose sides are no powers of two", packetOf("torus"));
+  vectors.accept("fine_step", "step 1: residuals with long mantissas", packetOf("touching_spheres", 1));
+  vectors.accept("coarse_step", "step 16384, the largest", packetOf("gyroid", kCell));
+  vectors.accept("specks", "single nodes far apart: leaf bits at every level", packetOf("specks"));
+  vectors.accept("level_set", "droplets at 65 nodes a side", packetOf("level_set"));
+  vectors.accept("placed", "origin, spacing, a mirroring direction, time and number", placed());
+  vectors.accept("extended", "minor 9, unknown sections, bytes behind the fields of record and header",
+                 extended(packetOf("sphere_cut")));
+}
+
+void rejectAll(Vectors& vectors) {
+  const Bytes good = packetOf("sphere_cut");
+  const auto with = [&](const auto& change) {
+    made::Parts parts = made::taken(good);
+    change(parts);
+    return made::joined(parts);
+  };
+  const auto record = [&](std::size_t at, std::uint8_t value) {
+    return with([&](made::Parts& p) { made::changeRecord(p.header.configuration, at, value); });
+  };
+  const auto flipped = [&](std::size_t at) {
+    Bytes packet = good;
+    packet[at] ^= 1;
+    return packet;
+  };
+  vectors.reject("bad_header_crc", "packet header: its CRC does not match", flipped(10));
+  vectors.reject("bad_payload_crc", "its payload CRC does not match", flipped(good.size() - 1));
+  vectors.reject("cut_short", "cut short by 1 bytes", Bytes(good.begin(), good.end() - 1));
+  Bytes longer = good;
+  longer.push_back(0);
+  vectors.reject("trailing_byte", "1 bytes behind its last section", longer);
+  vectors.reject("record_version_2", "version 2", record(4, 2));
+  vectors.reject("record_profile_1", "profile 1 is above 0", record(8, 1));
+  vectors.reject("record_tools", "tools 1 is above 0", record(10, 1));
+  vectors.reject("record_one_node", "nodes 1 is below 2", record(11, 1));
+  vectors.reject("record_bad_crc", "configuration record: its CRC does not match",
+                 with([](made::Parts& p) { p.header.configuration.back() ^= 1; }));
+  vectors.reject("type_p", "packet type P is reserved", with([](made::Parts& p) {
+                   p.header.type = PacketType::kPredicted;
+                   p.header.configuration.clear();
+                 }));
+  vectors.reject("too_many_vertices", "vertices cannot come from",
+                 with([](made::Parts& p) { p.header.vertices = 1u << 27; }));
+  vectors.reject("too_few_vertices", "more cells at level 5 than the header's",
+                 with([](made::Parts& p) { --p.header.vertices; }));
+  vectors.reject("wrong_vertices", "active cells, where its header says",
+                 with([](made::Parts& p) { ++p.header.vertices; }));
+  vectors.reject("wrong_faces", "quads, where its header says",
+                 with([](made::Parts& p) { ++p.header.faces; }));
+  vectors.reject("wrong_hash", "does not match its hash",
+                 with([](made::Parts& p) { p.header.surface_hash ^= 1; }));
+  vectors.reject("signs_left_over", "corner signs of level 0: not used to their end",
+                 with([](made::Parts& p) { p.sections[0].resize(40); }));
+  vectors.reject("leaves_left_over", "leaf bits of level", with([](made::Parts& p) {
+                   p.sections[made::largestSection(p, SectionKind::kLeaves)].resize(60);
+                 }));
+  vectors.reject("signs_too_short", "corner signs of level 5 end too early", with([](made::Parts& p) {
+                   p.sections[made::largestSection(p, SectionKind::kSigns)].resize(8);
+                 }));
+  vectors.reject("vertices_too_short", "vertices: end too early",
+                 with([](made::Parts& p) { p.sections.back().resize(60); }));
+  vectors.reject("vertices_left_over", "vertices: not used to their end",
+                 with([](made::Parts& p) { p.sections.back().resize(p.sections.back().size() + 9); }));
+  made::Parts none = made::taken(packetOf("empty"));
+  none.header.vertices = 5;
+  vectors.reject("no_tree_but_vertices", "0 active cells, where its header says 5", made::joined(none));
+}
+
+}  // namespace
+}  // namespace isoreel
+
+int main(int argc, char** argv) {
+  if (argc != 2) {
+    std::cerr << "usage: codec_make_vectors FOLDER\n";
+    return 2;
+  }
+  isoreel::Vectors vectors(argv[1]);
+  isoreel::acceptAll(vectors);
+  isoreel::rejectAll(vectors);
+  return vectors.finish() ? 0 : 1;
+}

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <isoreel/codec/player.h>
+
+#include <gtest/gtest.h>
+
+#include "made.h"
+
+namespace isoreel {
+namespace {
+
+/// Packets in memory; one may be unreadable.
+class MadeSource : public PacketSource {
+ public:
+  std::vector<Packet> packets;
+  std::uint64_t unreadable = ~std::uint64_t{0};
+
+  std::uint64_t frameCount() const override { return packets.size(); }
+  const FrameHeader& header(std::uint64_t position) const override { return packets[position].header; }
+  Result<Bytes> packet(std::uint64_t position) override {
+    if (position == unreadable) return {ErrorCode::kIo, "frame 42: the disk is gone"};
+    return packets[position].data;
+  }
+};
+
+MadeSource growingSpheres() {
+  MadeSource source;
+  for (std::uint64_t i = 0; i < 5; ++i) {
+    const made::Made m{"sphere", made::sampled(made::gridOf(17, 17, 17),
+                                               made::sphere(8, 8, 8, 2.3 + static_cast<double>(i)))};
+    auto encoder = Encoder::create(made::settings(m));
+    FrameTiming timing;
+    timing.number = 40 + i;
+    source.packets.push_back(*encoder->encode(m.volume, timing));
+  }
+  return source;
+}
+
+TEST(Player, GivesAnyFrameInAnyOrder) {
+  MadeSource source = growingSpheres();
+  Player player(source);
+  EXPECT_EQ(player.frameCount(), 5u);
+  for (const std::uint64_t position : {4u, 0u, 2u, 2u, 3u, 1u, 4u}) {
+    const auto surface = player.frame(position);
+    ASSERT_TRUE(surface.ok());
+    EXPECT_EQ(surfaceHash(*surface), source.packets[position].header.surface_hash);
+  }
+  DecodeOptions coarse;
+  coarse.level = 2;
+  const auto surface = player.frame(4, coarse);
+  ASSERT_TRUE(surface.ok());
+  EXPECT_LT(surface->vertices.size(), source.packets[4].header.vertices);
+}
+
+TEST(Player, ErrorsNameTheFrame) {
+  MadeSource source = growingSpheres();
+  source.packets[3].data.back() ^= 1;
+  source.unreadable = 2;
+  Player player(source);
+  const auto damaged = player.frame(3), unreadable = player.frame(2), none = player.frame(5);
+  ASSERT_FALSE(damaged.ok());
+  EXPECT_EQ(damaged.error().message.rfind("frame 43: ", 0), 0u) << damaged.error().message;
+  ASSERT_FALSE(unreadable.ok());
+  EXPECT_EQ(unreadable.error().code, ErrorCode::kIo);
+  EXPECT_NE(unreadable.error().message.find("frame 42"), std::string::npos);
+  ASSERT_FALSE(none.ok());
+  EXPECT_EQ(none.error().code, ErrorCode::kNotFound);
+  EXPECT_NE(none.error().message.find("the sequence has 5"), std::string::npos);
+  EXPECT_TRUE(player.frame(4).ok()) << "a player goes on after an error";
+}
+
+}  // namespace
+}  // namespace isoreel

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The golden packets of spec/vectors: what they decode to may never change.
+#include <isoreel/codec/decoder.h>
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+
+namespace isoreel {
+namespace {
+
+const std::string kFolder = std::string(ISOREEL_SPEC) + "/vectors/";
+
+Bytes fileOf(const nlohmann::json& entry) {
+  std::ifstream in(kFolder + entry.at("file").get<std::string>(), std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+nlohmann::json manifest() {
+  std::ifstream in(kFolder + "manifest.json");
+  return nlohmann::json::parse(in);
+}
+
+void expectSummary(const Result<Surface>& surface, const nlohmann::json& expected) {
+  ASSERT_TRUE(surface.ok()) << surface.error().message;
+  char hash[17];
+  std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(surfaceHash(*surface)));
+  EXPECT_EQ(surface->vertices.size(), expected.at("vertices").get<std::size_t>());
+  EXPECT_EQ(surface->quads.size(), expected.at("faces").get<std::size_t>());
+  EXPECT_EQ(hash, expected.at("hash").get<std::string>());
+}
+
+TEST(Vectors, DecodeToWhatTheManifestSays) {
+  const nlohmann::json list = manifest();
+  ASSERT_GE(list.at("accept").size(), 12u);
+  Decoder decoder;
+  for (const auto& entry : list.at("accept")) {
+    SCOPED_TRACE(entry.at("name").get<std::string>());
+    const Bytes packet = fileOf(entry);
+    ASSERT_LT(packet.size(), 20000u);
+    expectSummary(decoder.decode(packet), entry);
+    const auto& levels = entry.at("levels");
+    for (std::uint32_t level = 0; level < levels.size(); ++level) {
+      DecodeOptions options;
+      options.level = level;
+      expectSummary(decoder.decode(packet, options), levels[level]);
+    }
+    DecodeOptions options;
+    options.allow_prefix = true;
+    for (const auto& prefix : entry.at("prefixes")) {
+      const ByteSpan cut = ByteSpan(packet).first(prefix.at("bytes").get<std::size_t>());
+      EXPECT_FALSE(decoder.decode(cut).ok());
+      expectSummary(decoder.decode(cut, options), levels.at(prefix.at("level").get<std::size_t>()));
+    }
+  }
+}
+
+TEST(Vectors, AreRefusedForTheReasonTheManifestGives) {
+  const nlohmann::json list = manifest();
+  ASSERT_GE(list.at("reject").size(), 10u);
+  for (const auto& entry : list.at("reject")) {
+    SCOPED_TRACE(entry.at("name").get<std::string>());
+    const Bytes packet = fileOf(entry);
+    ASSERT_FALSE(packet.empty());
+    const auto surface = Decoder().decode(packet);
+    ASSERT_FALSE(surface.ok());
+    EXPECT_NE(surface.error().message.find(entry.at("error").get<std::string>()), std::string::npos)
+        << surface.error().message;
+  }
+}
+
+}  // namespace
+}  // namespace isoreel
