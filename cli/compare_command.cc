@@ -9,6 +9,7 @@
 #include "command.h"
 #include "input.h"
 #include "options.h"
+#include "output.h"
 #include "parallel.h"
 #include "progress.h"
 #include "volume_input.h"
@@ -62,10 +63,12 @@ Status compare(const CompareOptions& options) {
   ISOREEL_ASSIGN(const Input input, openInput(options.input));
   ISOREEL_ASSIGN(const std::unique_ptr<io::VolumeSequence> volumes,
                  io::openVolumes(options.volumes.paths, options.volumes.options));
+  warnOfDamage(input.info, options.input);
   const std::uint64_t count = input.packets->frameCount();
   if (volumes->size() != 1 && volumes->size() != count) {
     return {ErrorCode::kInvalidArgument,
-            fmt::format("{} has {} frames, the input {} volumes", options.input, count, volumes->size())};
+            fmt::format("{} has {}, the input {}", options.input, counted(count, "frame"),
+                        counted(volumes->size(), "volume"))};
   }
   if (volumes->grid().nodes != input.configuration.grid.nodes) {
     return {ErrorCode::kInvalidArgument,
@@ -88,7 +91,7 @@ Status compare(const CompareOptions& options) {
     item.number = input.packets->header(position).number;
     item.isovalue = input.packets->header(position).isovalue;
     Result<Surface> decoded = player.frame(position);
-    if (!decoded) return decoded.status().at(options.input);
+    if (!decoded) return named(decoded.status(), options.input);
     item.decoded = *std::move(decoded);
     ISOREEL_ASSIGN(item.volume, volumes->read(volumes->size() == 1 ? 0 : static_cast<std::size_t>(position)));
     return true;
@@ -112,6 +115,7 @@ Status compare(const CompareOptions& options) {
                         {"volume", bothWays(item.to_volume)},
                         {"extracted", bothWays(item.to_extracted)}});
     } else {
+      progress.clear();
       fmt::print("{:6}  {:19.5f}  {:8.4f}  {:27.5f}  {:8.4f}\n", item.number, item.to_volume.symmetric.rms,
                  item.to_volume.symmetric.max, item.to_extracted.symmetric.rms,
                  item.to_extracted.symmetric.max);
@@ -120,6 +124,7 @@ Status compare(const CompareOptions& options) {
     return {};
   };
   ISOREEL_TRY(forEachFrame<CompareItem>(options.jobs, read, work, write));
+  progress.clear();
   if (interrupted) return {ErrorCode::kIo, "interrupted"};
   if (options.json) {
     fmt::print("{}\n", Json{{"frames", range.size()},
@@ -146,7 +151,9 @@ void addCompareCommand(CLI::App& app, Action& chosen) {
                    "Only the frames A:B (half-open), A:, :B or A (default: all)");
   verb->add_option_function<std::string>(
           "--vertex",
-          [options](const std::string& text) { options->placement = choice("--vertex", kPlacements, text); },
+          [options = options.get()](const std::string& text) {
+            options->placement = choice("--vertex", kPlacements, text);
+          },
           "How the extracted mesh places vertices")
       ->default_str("qef")
       ->type_name("qef|centroid");

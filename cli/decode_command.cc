@@ -5,11 +5,14 @@
 #include <isoreel/io/mesh_writer.h>
 #include <tbb/enumerable_thread_specific.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "command.h"
+#include "input.h"
 #include "options.h"
+#include "output.h"
 #include "parallel.h"
 #include "progress.h"
 
@@ -36,12 +39,14 @@ class ChosenFrames {
     ISOREEL_ASSIGN(std::unique_ptr<ByteSource> source, openFile(options.input));
     if (source->seekable()) {
       ISOREEL_ASSIGN(result.reader_, Reader::open(std::move(source)));
+      warnOfDamage(result.reader_->info(), options.input);
       result.range_ = parseFrames(options.frames, result.reader_->frameCount());
       result.total_ = result.range_.size();
       result.next_ = result.range_.begin;
     } else {
       ISOREEL_ASSIGN(result.stream_, StreamReader::open(std::move(source)));
-      result.range_ = parseFrames(options.frames, std::numeric_limits<std::uint64_t>::max());
+      result.range_ = parseFrames(options.frames, kUnknownEnd);
+      if (result.range_.end != kUnknownEnd) result.total_ = result.range_.size();
     }
     return result;
   }
@@ -58,6 +63,11 @@ class ChosenFrames {
     for (;;) {
       if (next_ >= range_.end) return false;
       ISOREEL_ASSIGN(std::optional<Packet> read, stream_->next());
+      if (!read && (range_.end != kUnknownEnd || (range_.begin > 0 && next_ <= range_.begin))) {
+        return {ErrorCode::kNotFound,
+                fmt::format("standard input: ends after {}, before those that --frames asks for",
+                            counted(next_, "frame"))};
+      }
       if (!read) return false;
       if (next_++ < range_.begin) continue;
       packet = *std::move(read);
@@ -66,6 +76,8 @@ class ChosenFrames {
   }
 
  private:
+  static constexpr std::uint64_t kUnknownEnd = std::numeric_limits<std::uint64_t>::max();  // of a pipe
+
   std::unique_ptr<Reader> reader_;
   std::unique_ptr<StreamReader> stream_;
   FrameRange range_;
@@ -86,7 +98,7 @@ DecodeOptions codecOptions(const DecodeCommandOptions& options, ByteSpan packet)
     if (const Result<Configuration> c = readConfiguration(header->configuration); c.ok())
       deepest = octreeDepth(c->grid);
   }
-  const std::uint32_t coarser = static_cast<std::uint32_t>(-*options.level);
+  const std::uint32_t coarser = static_cast<std::uint32_t>(-std::int64_t{*options.level});
   result.level = deepest > coarser ? deepest - coarser : 0;
   return result;
 }
@@ -96,12 +108,22 @@ struct DecodeItem {
   std::size_t vertices = 0, faces = 0;
 };
 
+/// Before anything is decoded. "" passes.
+void checkExtension(const std::string& output) {
+  const std::string extension = CLI::detail::to_lower(std::filesystem::path(output).extension().string());
+  const std::vector<std::string> known = io::meshExtensions();
+  if (output.empty() || std::find(known.begin(), known.end(), extension) != known.end()) return;
+  throw CLI::ValidationError("--output",
+                             fmt::format("'{}' ends in none of {}", output, fmt::join(known, " ")));
+}
+
 Status decode(const DecodeCommandOptions& options) {
   const Stopwatch watch;
   if (options.discard != options.output.empty()) {
     throw CLI::ValidationError(
         "--output", options.discard ? "and --discard exclude each other" : "is required, or --discard");
   }
+  checkExtension(options.output);
   Result<ChosenFrames> frames = ChosenFrames::open(options);
   if (!frames) return frames.status();
   if (!options.discard && frames->total() != std::uint64_t{1} && !countsFrames(options.output)) {
@@ -123,9 +145,7 @@ Status decode(const DecodeCommandOptions& options) {
     if (options.discard) return {};
     const std::filesystem::path path = frameName(options.output, number);
     std::error_code ignored;
-    if (!options.force && std::filesystem::exists(path, ignored)) {
-      return {ErrorCode::kIo, fmt::format("{}: is there already (--force replaces it)", path.string())};
-    }
+    ISOREEL_TRY(mayWrite(path, options.force));
     if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path(), ignored);
     return io::writeMesh(*surface, path, {.normals = options.normals});
   };
@@ -138,15 +158,16 @@ Status decode(const DecodeCommandOptions& options) {
         progress.advance();
         return {};
       }));
-  if (interrupted) return {ErrorCode::kIo, fmt::format("interrupted after {} frames", count)};
+  progress.clear();
+  if (interrupted) return {ErrorCode::kIo, fmt::format("interrupted after {}", counted(count, "frame"))};
   if (options.json) {
     fmt::print("{}\n",
                nlohmann::ordered_json{
                    {"frames", count}, {"vertices", vertices}, {"faces", faces}, {"seconds", watch.seconds()}}
                    .dump());
   } else {
-    fmt::print("{}: {} frames, {} vertices, {} quads in {:.2f} s\n", options.input, count, vertices, faces,
-               watch.seconds());
+    fmt::print("{}: {}, {} vertices, {} quads in {:.2f} s\n", options.input, counted(count, "frame"),
+               vertices, faces, watch.seconds());
   }
   return {};
 }

@@ -9,6 +9,7 @@
 
 #include "command.h"
 #include "options.h"
+#include "output.h"
 #include "parallel.h"
 #include "progress.h"
 #include "volume_input.h"
@@ -47,7 +48,7 @@ struct EncodeItem {
 
 std::uint32_t stepUnits(const std::string& text) {
   const double units = parseFraction("--step", text).value() * kCell;
-  if (!(units >= 0.5) || units > kCell) {
+  if (!(units >= 1) || units > kCell) {
     throw CLI::ValidationError("--step", fmt::format("'{}' is not from 1/16384 to 1 of a cell", text));
   }
   return static_cast<std::uint32_t>(std::lround(units));
@@ -112,7 +113,7 @@ void printSummary(const EncodeOptions& options, const Totals& totals, std::uint6
     fmt::print("{}\n", result.dump());
     return;
   }
-  fmt::print("{}: {} frames, {} vertices, {} bytes in {:.2f} s\n", options.output, totals.frames,
+  fmt::print("{}: {}, {} vertices, {} bytes in {:.2f} s\n", options.output, counted(totals.frames, "frame"),
              totals.vertices, bytes, seconds);
   fmt::print(
       "  {:.2f} bits a vertex: {:.2f} signs, {:.2f} positions; vertices moved {:.4f} cells RMS, at most "
@@ -122,8 +123,20 @@ void printSummary(const EncodeOptions& options, const Totals& totals, std::uint6
       totals.error_max);
 }
 
+/// Before volumes are looked at: the writer checks again, and that nothing else writes the part.
+Status mayStart(const EncodeOptions& options) {
+  ISOREEL_TRY(mayWrite(options.output, options.force));
+  const std::string part = options.output + ".part";
+  std::error_code ignored;
+  if (options.force || !std::filesystem::exists(part, ignored)) return {};
+  return {ErrorCode::kIo,
+          part + ": is there already, of an encode that is at work or did not finish (--force replaces it)"};
+}
+
 Status encode(const EncodeOptions& options) {
   const Stopwatch watch;
+  if (options.output.empty()) throw CLI::ValidationError("--output", "is empty");
+  ISOREEL_TRY(mayStart(options));
   const std::uint32_t step = stepUnits(options.step);
   const std::string tags = tagsJson(options);
   ISOREEL_ASSIGN(const std::unique_ptr<io::VolumeSequence> volumes,
@@ -197,10 +210,11 @@ Status encode(const EncodeOptions& options) {
       writer->discard();
       return status;
     }
-    return {status.error().code, fmt::format("{} (the {} frames before are in {}.part)", status.message(),
-                                             totals.frames, options.output)};
+    return {status.error().code, fmt::format("{} (what was done before, {}, is in {}.part)", status.message(),
+                                             counted(totals.frames, "frame"), options.output)};
   }
   ISOREEL_TRY(writer->finish());
+  progress.clear();
   printSummary(options, totals, writer->bytesWritten(), watch.seconds());
   return {};
 }
@@ -214,17 +228,23 @@ void addEncodeCommand(CLI::App& app, Action& chosen) {
   verb->add_option("-o,--output", options->output, "The .isr file to write")->required();
   verb->add_option("--iso", options->isovalues,
                    "Isovalue, or one a frame: V,V,… (default: 0 for level sets)");
-  verb->add_option("--inside", options->inside,
-                   "Side of the isovalue that is inside (default: below for level sets, else above)")
-      ->transform(CLI::CheckedTransformer(kInside).description(""))
+  verb->add_option_function<std::string>(
+          "--inside",
+          [options = options.get()](const std::string& text) {
+            options->inside = choice("--inside", kInside, text);
+          },
+          "Side of the isovalue that is inside (default: below for level sets, else above)")
       ->type_name("below|above");
   verb->add_option("--step", options->step, "Quantiser step of vertices, as a part of a cell");
   verb->add_option("--profile", options->profile, "Coding tools")->check(CLI::IsMember({"classic"}));
   verb->add_option("--frame-types", options->frame_types, "Frames that may be used")
       ->check(CLI::IsMember({"intra"}));
-  verb->add_option("--vertex", options->placement,
-                   "Vertex of a cell: least squares of planes, or mean of crossings")
-      ->transform(CLI::CheckedTransformer(kPlacements).description(""))
+  verb->add_option_function<std::string>(
+          "--vertex",
+          [options = options.get()](const std::string& text) {
+            options->placement = choice("--vertex", kPlacements, text);
+          },
+          "Vertex of a cell: least squares of planes, or mean of crossings")
       ->default_str("qef")
       ->type_name("qef|centroid");
   CLI::Option* fps = verb->add_option("--fps", options->fps, "Frames a second: 25, 30000/1001");
@@ -232,7 +252,9 @@ void addEncodeCommand(CLI::App& app, Action& chosen) {
       ->excludes(fps);
   verb->add_option("--frames", options->frames,
                    "Only the frames A:B (half-open), A:, :B or A (default: all)");
-  verb->add_option("--tag", options->tags, "Metadata KEY=VALUE; may be repeated")->take_all();
+  verb->add_option("--tag", options->tags, "Metadata KEY=VALUE; may be repeated")
+      ->take_all()
+      ->default_str("");
   verb->add_option("--jobs", options->jobs, "Threads, and frames under way at once; 0: one a core")
       ->check(CLI::Range(0, 256));
   verb->add_flag("--force", options->force, "Replace the output when it is there already");

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <isoreel/codec/packet_header.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -12,6 +13,11 @@ namespace isoreel::cli {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+/// Names of files may be no UTF-8.
+std::string dumped(const Json& json, int indent = -1) {
+  return json.dump(indent, ' ', false, Json::error_handler_t::replace);
+}
 
 struct InfoOptions {
   std::string input;
@@ -70,6 +76,22 @@ Json packetJson(const PacketHeader& header, std::size_t bytes) {
           {"sections", sections}};
 }
 
+/// The tags, or null when they are no JSON. What is nested deeper than anyone writes is left out: printing
+/// recurses.
+Json tagsOf(const FileInfo& info) {
+  const auto keep = [](int depth, Json::parse_event_t, Json&) { return depth < 64; };
+  Json tags = Json::parse(info.tags, keep, false);
+  return tags.is_discarded() ? Json(nullptr) : tags;
+}
+
+/// Tags come from anywhere: a terminal must not obey what is in them.
+std::string printable(const Json& value) {
+  const std::string text = value.is_string() ? value.get<std::string>() : "";
+  const bool plain =
+      std::none_of(text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; });
+  return value.is_string() && plain ? text : dumped(value);
+}
+
 Json fileJson(const Input& input) {
   const Configuration& c = input.configuration;
   const PacketSource& packets = *input.packets;
@@ -84,7 +106,7 @@ Json fileJson(const Input& input) {
           {"minor", input.info.minor},
           {"uuid", uuidText(input.info.uuid)},
           {"indexed", input.info.indexed},
-          {"bytes", input.info.bytes},
+          {"bytes", input.info.bytes == 0 ? Json(nullptr) : Json(input.info.bytes)},
           {"frames", packets.frameCount()},
           {"seconds", seconds},
           {"vertices", vertices},
@@ -99,14 +121,17 @@ Json fileJson(const Input& input) {
             {"direction", c.grid.direction},
             {"levels", octreeDepth(c.grid) + 1}}},
           {"damage", input.info.damage},
-          {"tags", Json::parse(input.info.tags, nullptr, false)}};
+          {"tags", tagsOf(input.info)}};
 }
 
 void printFile(const std::string& path, const Json& file, const Input& input) {
   const Grid& grid = input.configuration.grid;
-  fmt::print("{}: Isoreel {}.{}, profile {}, {} bytes{}\n", path, file["version"].dump(),
-             file["minor"].dump(), file["profile"].get<std::string>(), file["bytes"].dump(),
-             input.info.indexed ? "" : " (no seek index: unfinished, cut, or from a pipe)");
+  const bool pipe = input.info.bytes == 0;
+  fmt::print("{}: Isoreel {}.{}, profile {}, {}\n", path, file["version"].dump(), file["minor"].dump(),
+             file["profile"].get<std::string>(),
+             pipe ? "from a pipe"
+                  : file["bytes"].dump() + " bytes" +
+                        (input.info.indexed ? "" : " (no seek index: unfinished, or cut)"));
   fmt::print("  frames   {} in {:.6g} s (time base {}/{})\n", file["frames"].dump(),
              file["seconds"].get<double>(), input.configuration.time_base.numerator,
              input.configuration.time_base.denominator);
@@ -119,7 +144,7 @@ void printFile(const std::string& path, const Json& file, const Input& input) {
   for (const std::string& line : input.info.damage) fmt::print("  damage   {}\n", line);
   if (!file["tags"].is_object()) return;
   for (const auto& [key, value] : file["tags"].items())
-    fmt::print("  {:<8} {}\n", key, value.is_string() ? value.get<std::string>() : value.dump());
+    fmt::print("  {:<8} {}\n", printable(key), printable(value));
 }
 
 void printFrames(const Input& input) {
@@ -148,14 +173,14 @@ Status info(const InfoOptions& options) {
     for (std::uint64_t i = 0; i < input.packets->frameCount(); ++i) {
       const auto place = fmt::format("{}: frame {}", options.input, input.packets->header(i).number);
       Result<Bytes> packet = input.packets->packet(i);
-      if (!packet) return packet.status().at(options.input);
+      if (!packet) return named(packet.status(), options.input);
       const Result<PacketHeader> header = readPacketHeader(*packet);
       if (!header) return header.status().at(place);
       file["packet_list"].push_back(packetJson(*header, packet->size()));
     }
   }
   if (options.json) {
-    fmt::print("{}\n", file.dump(2));
+    fmt::print("{}\n", dumped(file, 2));
     return {};
   }
   printFile(options.input, file, input);

@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 #include <isoreel/codec/packet_header.h>
 
+#include "output.h"
+
 namespace isoreel::cli {
 namespace {
 
@@ -28,16 +30,24 @@ Result<Input> openUnnamed(const std::string& path) {
   } else {
     ISOREEL_ASSIGN(const std::unique_ptr<StreamReader> stream, StreamReader::open(std::move(source)));
     std::vector<Packet> packets;
+    std::vector<std::string> damage;
     for (;;) {
-      ISOREEL_ASSIGN(std::optional<Packet> packet, stream->next());
-      if (!packet) break;
-      packets.push_back(*std::move(packet));
+      Result<std::optional<Packet>> packet = stream->next();
+      if (!packet) {  // cut: as from a file, the whole frames are there and the loss is told
+        if (packet.error().code != ErrorCode::kTruncated) return packet.status();
+        damage.emplace_back(packet.error().message);
+        break;
+      }
+      if (!*packet) break;
+      packets.push_back(**std::move(packet));
     }
     input.info = stream->info();
+    input.info.damage.insert(input.info.damage.end(), damage.begin(), damage.end());
     input.packets = std::make_unique<PacketsInMemory>(std::move(packets));
   }
   Bytes record = input.info.configuration;
-  if (record.empty() && input.packets->frameCount() > 0) {  // the track record is lost: every I packet repeats it
+  if (record.empty() &&
+      input.packets->frameCount() > 0) {  // the track record is lost: every I packet repeats it
     ISOREEL_ASSIGN(const Bytes packet, input.packets->packet(0));
     ISOREEL_ASSIGN(const PacketHeader header, readPacketHeader(packet));
     record = header.configuration;
@@ -48,7 +58,20 @@ Result<Input> openUnnamed(const std::string& path) {
 
 }  // namespace
 
-Result<Input> openInput(const std::string& path) { return openUnnamed(path).at(path); }
+Result<Input> openInput(const std::string& path) {
+  Result<Input> input = openUnnamed(path);
+  if (!input) return named(input.status(), path);
+  return input;
+}
+
+void warnOfDamage(const FileInfo& info, const std::string& path) {
+  for (const std::string& line : info.damage) complain("isoreel: warning: {}: {}\n", path, line);
+}
+
+Status named(const Status& status, const std::string& path) {
+  const std::string name = path == "-" ? "standard input" : path;
+  return status.ok() || status.message().starts_with(name + ":") ? status : status.at(name);
+}
 
 std::string uuidText(const std::array<std::uint8_t, 16>& uuid) {
   std::string text;

@@ -18,6 +18,12 @@ struct Input {
 /// Errors name the file.
 Result<Input> openInput(const std::string& path);
 
+/// A line on stderr for everything that had to be left out of a damaged file.
+void warnOfDamage(const FileInfo& info, const std::string& path);
+
+/// `status` with the name of the file in front, unless it is there, as in errors of readers.
+Status named(const Status& status, const std::string& path);
+
 std::string uuidText(const std::array<std::uint8_t, 16>& uuid);
 
 }  // namespace isoreel::cli

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <charconv>
 #include <fstream>
 #include <limits>
@@ -107,12 +108,15 @@ FrameTimes timesFromFile(const std::string& path, std::size_t frames) {
   std::ifstream file(path);
   if (!file) throw CLI::ValidationError("--times", path + ": cannot be read");
   std::vector<Fraction> times;
+  std::vector<std::size_t> lines;  // where each stands, for messages
   std::string line;
   for (std::size_t number = 1; std::getline(file, line); ++number) {
     line = line.substr(0, line.find('#'));
     line.erase(0, line.find_first_not_of(" \t\r"));
     line.erase(line.find_last_not_of(" \t\r") + 1);
-    if (!line.empty()) times.push_back(parseFraction(fmt::format("--times {} line {}", path, number), line));
+    if (line.empty()) continue;
+    times.push_back(parseFraction(fmt::format("--times: {} line {}", path, number), line));
+    lines.push_back(number);
   }
   if (times.size() != frames) {
     throw CLI::ValidationError("--times",
@@ -132,13 +136,16 @@ FrameTimes timesFromFile(const std::string& path, std::size_t frames) {
   for (std::size_t i = 0; i < times.size(); ++i) {
     std::int64_t ticks = 0;
     if (__builtin_mul_overflow(times[i].numerator, denominator / times[i].denominator, &ticks)) {
-      throw CLI::ValidationError("--times", fmt::format("{}: time {} is too large", path, i));
+      throw CLI::ValidationError("--times", fmt::format("{} line {}: the time is too large", path, lines[i]));
     }
     if (i > 0 && ticks <= result.times.back()) {
-      throw CLI::ValidationError("--times",
-                                 fmt::format("{}: time {} does not come after the one before it", path, i));
+      throw CLI::ValidationError(
+          "--times",
+          fmt::format("{} line {}: the time does not come after the one before it", path, lines[i]));
     }
-    if (i > 0) result.durations.push_back(static_cast<std::uint64_t>(ticks - result.times.back()));
+    if (i > 0)
+      result.durations.push_back(static_cast<std::uint64_t>(ticks) -
+                                 static_cast<std::uint64_t>(result.times.back()));
     result.times.push_back(ticks);
   }
   result.durations.push_back(result.durations.empty() ? static_cast<std::uint64_t>(denominator)
@@ -147,10 +154,11 @@ FrameTimes timesFromFile(const std::string& path, std::size_t frames) {
 }
 
 bool countsFrames(const std::string& pattern) {
-  if (std::regex_search(pattern, kCounter)) return true;
-  if (pattern.find('%') != std::string::npos)
-    throw CLI::ValidationError("--output", fmt::format("'{}': only %d and %05d count frames", pattern));
-  return false;
+  const auto signs = std::count(pattern.begin(), pattern.end(), '%');
+  const bool counts = std::regex_search(pattern, kCounter);
+  if (signs > (counts ? 1 : 0))
+    throw CLI::ValidationError("--output", fmt::format("'{}': a single %d or %05d counts frames", pattern));
+  return counts;
 }
 
 std::string frameName(const std::string& pattern, std::uint64_t number) {

@@ -1,17 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the verbs that write files share.
+// What verbs share when they write and print.
 #pragma once
 
 #include <fmt/format.h>
 #include <isoreel/base/status.h>
 
+#include <cstdio>
 #include <filesystem>
+#include <string>
 #include <string_view>
 
 namespace isoreel::cli {
 
-/// Fails when `path` must not be written: it is there and `force` is false, or it is there and is no file. A finished
-/// file is renamed over it, and --force on a device such as /dev/null must not do that.
+/// Fails when `path` must not be written: it is there and `force` is false, or it is there and is no file. A
+/// finished file is renamed over it, and --force on a device such as /dev/null must not do that.
 inline Status mayWrite(const std::filesystem::path& path, bool force) {
   std::error_code ignored;
   if (!std::filesystem::exists(path, ignored)) return {};
@@ -20,6 +22,12 @@ inline Status mayWrite(const std::filesystem::path& path, bool force) {
   }
   if (!force) return {ErrorCode::kIo, path.string() + ": is there already (--force replaces it)"};
   return {};
+}
+
+/// fmt::print throws when stderr cannot be written, and then there is nobody to tell.
+template <class... Values>
+void complain(fmt::format_string<Values...> format, Values&&... values) {
+  std::fputs(fmt::format(format, std::forward<Values>(values)...).c_str(), stderr);
 }
 
 /// "1 frame", "2 frames".

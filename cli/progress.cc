@@ -4,13 +4,18 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include "output.h"
+
 namespace isoreel::cli {
 
 Progress::Progress(std::string what, std::optional<std::uint64_t> total)
     : what_(std::move(what)), total_(total), shown_(isatty(STDERR_FILENO) != 0) {}
 
-Progress::~Progress() {
-  if (shown_ && drawn_ != start_) fmt::print(stderr, "\r\x1b[K");
+Progress::~Progress() { clear(); }
+
+void Progress::clear() {
+  if (on_screen_) complain("\r\x1b[K");
+  on_screen_ = false;
 }
 
 void Progress::advance() {
@@ -30,7 +35,8 @@ void Progress::draw() {
   line += fmt::format(" frames  {:.1f} a second", rate);
   if (total_ && *total_ >= done_)
     line += fmt::format("  {:.0f} s left", static_cast<double>(*total_ - done_) / rate);
-  fmt::print(stderr, "{}", line);
+  complain("{}", line);
+  on_screen_ = true;
 }
 
 }  // namespace isoreel::cli

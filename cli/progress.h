@@ -16,6 +16,8 @@ class Progress {
   Progress(std::string what, std::optional<std::uint64_t> total);
   ~Progress();
   void advance();
+  /// Wipes the line, before something else is printed.
+  void clear();
 
  private:
   void draw();
@@ -24,6 +26,7 @@ class Progress {
   std::string what_;
   std::optional<std::uint64_t> total_;
   bool shown_;
+  bool on_screen_ = false;
   std::uint64_t done_ = 0;
   Clock::time_point start_ = Clock::now();
   Clock::time_point drawn_ = start_;

@@ -9,6 +9,7 @@
 #include "command.h"
 #include "input.h"
 #include "options.h"
+#include "output.h"
 #include "parallel.h"
 #include "progress.h"
 
@@ -79,9 +80,13 @@ inspect::RenderSettings settingsOf(const RenderOptions& options, bool sheet) {
 
 Status render(const RenderOptions& options) {
   ISOREEL_ASSIGN(const Input input, openInput(options.input));
+  warnOfDamage(input.info, options.input);
   if (input.packets->frameCount() == 0) return {ErrorCode::kNotFound, options.input + ": holds no frame"};
   const FrameRange range = parseFrames(options.frames, input.packets->frameCount());
   const bool numbered = countsFrames(options.output);
+  if (CLI::detail::to_lower(std::filesystem::path(options.output).extension().string()) != ".png") {
+    throw CLI::ValidationError("--output", fmt::format("'{}' does not end in .png", options.output));
+  }
   const bool sheet = !numbered && range.size() > 1;
   inspect::RenderSettings settings = settingsOf(options, sheet);
   settings.frame = sequenceBox(input, range);
@@ -96,12 +101,7 @@ Status render(const RenderOptions& options) {
   } else {
     for (std::uint64_t i = range.begin; i < range.end; ++i) frames.push_back(i);
   }
-  const auto mayWrite = [&](const std::string& path) -> Status {
-    if (!options.force && std::filesystem::exists(path, ignored))
-      return {ErrorCode::kIo, path + ": is there already (--force replaces it)"};
-    return {};
-  };
-  if (!numbered) ISOREEL_TRY(mayWrite(options.output));
+  if (!numbered) ISOREEL_TRY(mayWrite(options.output, options.force));
 
   const ThreadLimit limit(options.jobs);
   Player player(*input.packets);
@@ -111,7 +111,7 @@ Status render(const RenderOptions& options) {
   for (const std::uint64_t position : frames) {
     if (interrupted) return {ErrorCode::kIo, "interrupted"};
     Result<Surface> surface = player.frame(position);
-    if (!surface) return surface.status().at(options.input);
+    if (!surface) return named(surface.status(), options.input);
     inspect::Image image = inspect::render(*surface, settings, parallelFor);
     const FrameHeader& header = input.packets->header(position);
     if (sheet) {
@@ -120,7 +120,7 @@ Status render(const RenderOptions& options) {
                                      input.configuration.time_base.seconds(header.time), header.vertices));
     } else {
       const std::string path = frameName(options.output, header.number);
-      ISOREEL_TRY(mayWrite(path));
+      ISOREEL_TRY(mayWrite(path, options.force));
       ISOREEL_TRY(inspect::writePng(image, path));
     }
     progress.advance();

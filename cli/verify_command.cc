@@ -3,9 +3,12 @@
 #include <isoreel/codec/decoder.h>
 #include <isoreel/container/reader.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "command.h"
+#include "input.h"
+#include "output.h"
 #include "parallel.h"
 #include "progress.h"
 
@@ -38,8 +41,16 @@ Status checkFrame(Decoder& decoder, const Packet& packet, const Configuration& t
 }
 
 struct Findings {
+  std::string file;
   std::uint64_t frames = 0;
   std::vector<std::string> problems;
+
+  /// Once each, with the file's name. Fine is no problem.
+  void add(const Status& status) {
+    const std::string problem(named(status, file).message());
+    if (!status.ok() && std::find(problems.begin(), problems.end(), problem) == problems.end())
+      problems.push_back(problem);
+  }
 };
 
 /// Reads the file as a pipe would be read: every byte of every chunk is looked at.
@@ -69,12 +80,28 @@ Status verifyChunks(const VerifyOptions& options, Findings& findings, std::vecto
       [&](Item& item) -> Status {
         ++findings.frames;
         headers.push_back(item.packet.header);
-        if (!item.status.ok())
-          findings.problems.push_back(
-              fmt::format("frame {}: {}", item.packet.header.number, item.status.message()));
+        findings.add(item.status.at(fmt::format("frame {}", item.packet.header.number)));
         progress.advance();
         return {};
       });
+}
+
+/// After the first damage, where reading forward ends: what else is damaged, as far as it can be found.
+void verifyRest(const VerifyOptions& options, Findings& findings) {
+  Result<Input> input = openInput(options.input);
+  if (!input || input->info.bytes == 0) return;
+  for (const std::string& line : input->info.damage) findings.add({ErrorCode::kBadData, line});
+  Decoder decoder;
+  for (std::uint64_t i = findings.frames; i < input->packets->frameCount() && !interrupted; ++i) {
+    Packet packet{input->packets->header(i), {}};
+    Result<Bytes> data = input->packets->packet(i);
+    findings.add(data.status());
+    if (!data) continue;
+    packet.data = *std::move(data);
+    ++findings.frames;
+    findings.add(
+        checkFrame(decoder, packet, input->configuration).at(fmt::format("frame {}", packet.header.number)));
+  }
 }
 
 /// The seek index must be there and say what the frames say.
@@ -101,28 +128,29 @@ Status verifyIndex(const VerifyOptions& options, const std::vector<FrameHeader>&
 }
 
 Status verify(const VerifyOptions& options) {
-  Findings findings;
+  Findings findings{options.input, 0, {}};
   std::vector<FrameHeader> headers;
   if (const Status status = verifyChunks(options, findings, headers); !status.ok()) {
-    findings.problems.emplace_back(status.message());
+    findings.add(status);
+    if (!interrupted) verifyRest(options, findings);
   } else if (const Status index = verifyIndex(options, headers); !index.ok()) {
-    findings.problems.emplace_back(index.message());
+    findings.add(index);
   }
   if (interrupted) return {ErrorCode::kIo, "interrupted"};
   if (options.json) {
     fmt::print("{}\n", nlohmann::ordered_json{{"ok", findings.problems.empty()},
                                               {"frames", findings.frames},
                                               {"problems", findings.problems}}
-                           .dump());
+                           .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
   } else {
-    for (const std::string& problem : findings.problems) fmt::print("{}: {}\n", options.input, problem);
+    for (const std::string& problem : findings.problems) fmt::print("{}\n", problem);
     if (findings.problems.empty())
-      fmt::print("{}: {} frames, every checksum, hash and surface is right\n", options.input,
-                 findings.frames);
+      fmt::print("{}: {}, every checksum, hash and surface is right\n", options.input,
+                 counted(findings.frames, "frame"));
   }
   if (findings.problems.empty()) return {};
-  return {ErrorCode::kBadData, fmt::format("{}: {} problem{}", options.input, findings.problems.size(),
-                                           findings.problems.size() == 1 ? "" : "s")};
+  return {ErrorCode::kBadData,
+          fmt::format("{}: {}", options.input, counted(findings.problems.size(), "problem"))};
 }
 
 }  // namespace
