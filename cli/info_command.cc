@@ -41,7 +41,7 @@ Json frameJson(const FrameHeader& h, const Configuration& c) {
   if (h.faces > 0) box = {{"min", corner(c.grid, h.box_min)}, {"max", corner(c.grid, h.box_max)}};
   return {{"number", h.number},
           {"time", c.time_base.seconds(h.time)},
-          {"duration", c.time_base.seconds(static_cast<std::int64_t>(h.duration))},
+          {"duration", c.time_base.seconds(h.duration)},
           {"type", typeName(h.type)},
           {"key", h.key},
           {"isovalue", h.isovalue},
@@ -100,7 +100,9 @@ Json fileJson(const Input& input) {
   double seconds = 0;
   if (packets.frameCount() > 0) {
     const FrameHeader &first = packets.header(0), &last = packets.header(packets.frameCount() - 1);
-    seconds = c.time_base.seconds(last.time + static_cast<std::int64_t>(last.duration) - first.time);
+    // Subtracted as seconds: ticks of a hostile file may overflow.
+    seconds =
+        c.time_base.seconds(last.time) + c.time_base.seconds(last.duration) - c.time_base.seconds(first.time);
   }
   return {{"version", input.info.version},
           {"minor", input.info.minor},

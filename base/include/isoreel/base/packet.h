@@ -23,7 +23,9 @@ struct TimeBase {
   std::uint32_t numerator = 1;
   std::uint32_t denominator = 25;
   bool operator==(const TimeBase&) const = default;
-  double seconds(std::int64_t ticks) const {
+  /// Of a time or a duration, in ticks.
+  template <class Ticks>
+  double seconds(Ticks ticks) const {
     return static_cast<double>(ticks) * static_cast<double>(numerator) / static_cast<double>(denominator);
   }
 };

@@ -56,7 +56,7 @@ class Encoder {
   ~Encoder();
 
   /// Codes the isosurface of `volume`, whose grid must equal the configuration's in size (placement is not
-  /// compared). Memory beyond the volume: one bit per node and about 200 bytes per vertex. `sizes` may be
+  /// compared). Memory beyond the volume: one bit per node and about 50 bytes per vertex. `sizes` may be
   /// null.
   Result<Packet> encode(const Volume& volume, const FrameTiming& timing, PacketSizes* sizes = nullptr);
 
