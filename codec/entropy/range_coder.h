@@ -18,7 +18,8 @@ struct BitModel {
   std::uint16_t seen = 0;
 
   static constexpr std::uint16_t kLimit = 160;
-  static constexpr std::int32_t kFloor = 256;  // neither bit becomes less probable than this: costs 0.3 % of the bytes, bounds what few bytes can ask for
+  static constexpr std::int32_t kFloor = 256;  // neither bit becomes less probable than this: costs 0.3 % of
+                                               // the bytes, bounds what few bytes can ask for
 
   // Rounded up, so that a long run reaches the floor.
   void update(bool bit) {
