@@ -31,8 +31,8 @@ inline int balance(std::uint32_t known, std::uint32_t inside, std::uint32_t mask
 /// its own context.
 class SignModels {
  public:
-  SignModels() : models_(kInitial.begin(), kInitial.end()) {}
-  void reset() { std::copy(kInitial.begin(), kInitial.end(), models_.begin()); }
+  SignModels() : models_(initial().begin(), initial().end()) {}
+  void reset() { std::copy(initial().begin(), initial().end(), models_.begin()); }
 
   BitModel& at(std::uint32_t known, std::uint32_t inside) { return models_[context(known, inside)]; }
 
@@ -70,19 +70,22 @@ class SignModels {
   }();
 
   // Faces weigh 4, edges 2, corners 1 in the vote; a unit of it moves the first probability by 1/40.
-  static constexpr auto kInitial = [] {
-    std::array<BitModel, kContexts> models{};
-    for (std::size_t context = 0; context < kContexts; ++context) {
-      int vote = static_cast<int>(context % kCornerStates) - kCornerClamp +
-                 2 * (static_cast<int>(context / kCornerStates % kEdgeStates) - kEdgeClamp);
-      std::size_t states = context / kCornerStates / kEdgeStates;
-      for (int i = 0; i < 6; ++i, states /= 3) {
-        if (states % 3 != 0) vote += states % 3 == 2 ? 4 : -4;
+  static const std::array<BitModel, kContexts>& initial() {
+    static const auto table = [] {
+      std::array<BitModel, kContexts> models{};
+      for (std::size_t context = 0; context < kContexts; ++context) {
+        int vote = static_cast<int>(context % kCornerStates) - kCornerClamp +
+                   2 * (static_cast<int>(context / kCornerStates % kEdgeStates) - kEdgeClamp);
+        std::size_t states = context / kCornerStates / kEdgeStates;
+        for (int i = 0; i < 6; ++i, states /= 3) {
+          if (states % 3 != 0) vote += states % 3 == 2 ? 4 : -4;
+        }
+        models[context].one = static_cast<std::uint16_t>(std::clamp(32768 + vote * 1638, 3277, 62259));
       }
-      models[context].one = static_cast<std::uint16_t>(std::clamp(32768 + vote * 1638, 3277, 62259));
-    }
-    return models;
-  }();
+      return models;
+    }();
+    return table;
+  }
 
   std::vector<BitModel> models_;
 };
