@@ -176,7 +176,7 @@ TEST(LocalFrames, KeepTheVertexInItsCellAndPointOutside) {
 }
 
 TEST(LocalFrames, AreThoseOfTheSpecification) {
-  std::ifstream table(std::string(ISOREEL_SPEC) + "/tables/local_frames.csv");
+  std::ifstream table(ISOREEL_SPEC "/tables/local_frames.csv");
   std::ostringstream expected;
   expected << "configuration,vertex_x,vertex_y,vertex_z,normal_x,normal_y,normal_z,tangent1_x,tangent1_y,"
               "tangent1_z,"
