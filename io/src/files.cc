@@ -2,6 +2,7 @@
 #include "src/files.h"
 
 #include <fmt/format.h>
+#include <glob.h>
 
 #include <algorithm>
 #include <charconv>
@@ -57,6 +58,18 @@ Result<FoundFiles> filesOfFolder(const std::string& input) {
     result.files.push_back(entry->path().string());
   }
   if (error) return {ErrorCode::kIo, fmt::format("{}: cannot list the folder: {}", input, error.message())};
+  std::sort(result.files.begin(), result.files.end(),
+            [](const auto& a, const auto& b) { return naturallyLess(a, b); });
+  return result;
+}
+
+Result<FoundFiles> filesOfGlob(const std::string& input) {
+  glob_t found = {};
+  const int code = ::glob(input.c_str(), GLOB_NOSORT, nullptr, &found);
+  FoundFiles result;
+  for (std::size_t i = 0; code == 0 && i < found.gl_pathc; ++i) result.files.emplace_back(found.gl_pathv[i]);
+  ::globfree(&found);
+  if (result.files.empty()) return {ErrorCode::kNotFound, input + ": no file of this pattern exists"};
   std::sort(result.files.begin(), result.files.end(),
             [](const auto& a, const auto& b) { return naturallyLess(a, b); });
   return result;
@@ -138,6 +151,7 @@ Result<FoundFiles> findFiles(const std::string& input) {
     if (const auto pattern = NumberedName::parse(path.filename().string())) {
       return filesOfPattern(path.parent_path(), *pattern, input);
     }
+    if (input.find_first_of("*?[") != std::string::npos) return filesOfGlob(input);
   }
   return FoundFiles{{input}, false};
 }

@@ -33,9 +33,9 @@ struct NumberedName {
 bool naturallyLess(std::string_view a, std::string_view b);
 
 /// The files that `input` means, and whether they were found by looking through a folder (then files of other
-/// kinds are no error): a file's own name, the entries of a folder in natural order, or the files of a printf
-/// pattern from the lowest number that exists to the highest. Errors: kNotFound, which names what is missing,
-/// also for gaps.
+/// kinds are no error): a file's own name, the entries of a folder in natural order, the files of a printf
+/// pattern from the lowest number that exists to the highest, or those of a glob in natural order (a file of
+/// that very name goes first). Errors: kNotFound, which names what is missing, also for gaps.
 struct FoundFiles {
   std::vector<std::string> files;
   bool folder = false;

@@ -18,7 +18,8 @@ using SequenceResult = Result<std::unique_ptr<VolumeSequence>>;
 /// What a format may look at to know its own.
 struct FileHead {
   std::string path;
-  std::string bytes;  // the first 4096 bytes, or all of a shorter file
+  std::string bytes;     // the first 4096 bytes, or all of a shorter file
+  std::string inflated;  // what they begin with when they are gzip's; else empty
 };
 
 struct Format {
@@ -34,6 +35,9 @@ std::span<const Format> formats();
 
 SequenceResult openRawJson(const std::vector<std::string>& files, const VolumeOptions& options);
 SequenceResult openNrrd(const std::vector<std::string>& files, const VolumeOptions& options);
+SequenceResult openNifti(const std::vector<std::string>& files, const VolumeOptions& options);
+SequenceResult openMetaImage(const std::vector<std::string>& files, const VolumeOptions& options);
+SequenceResult openVti(const std::vector<std::string>& files, const VolumeOptions& options);
 SequenceResult openOpenVdb(const std::vector<std::string>& files, const VolumeOptions& options);
 
 }  // namespace isoreel::io

@@ -105,11 +105,8 @@ Result<Grid> placementOf(const openvdb::math::Transform& transform) {
     openvdb::Vec3d unit(0, 0, 0);
     unit[axis] = 1;
     const openvdb::Vec3d column = transform.baseMap()->applyJacobian(unit);
-    const auto a = static_cast<std::size_t>(axis);
-    grid.spacing[a] = column.length();
-    for (int row = 0; row < 3; ++row)
-      grid.direction[3 * static_cast<std::size_t>(row) + a] = column[row] / column.length();
-    grid.origin[a] = origin[axis];
+    setAxis(grid, static_cast<std::size_t>(axis), {column[0], column[1], column[2]});
+    grid.origin[static_cast<std::size_t>(axis)] = origin[axis];
   }
   ISOREEL_TRY(checkGrid(grid));
   return grid;
@@ -217,7 +214,7 @@ Result<Grid> gridOf(const CoordBBox& box, const std::vector<VdbFile>& files) {
 
 SequenceResult openOpenVdb(const std::vector<std::string>& paths, const VolumeOptions& options) {
   openvdb::initialize();
-  std::string gridName = options.grid;
+  std::string gridName = options.array;
   std::vector<VdbFile> files;
   CoordBBox box;
   for (const std::string& path : paths) {

@@ -9,9 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "src/files.h"
-#include "src/mapped_file.h"
-#include "src/scalar.h"
-#include "src/sequence.h"
+#include "src/stored_sequence.h"
 
 namespace isoreel::io {
 namespace {
@@ -20,52 +18,6 @@ using Json = nlohmann::json;
 
 // A description of 100 000 files takes a few MB.
 constexpr std::uint64_t kMaxJsonBytes = 64u << 20;
-
-struct RawLayout {
-  Grid grid;
-  ScalarType type = ScalarType::kFloat32;
-  std::endian order = std::endian::little;
-  std::uint64_t offset = 0;
-  bool levelSet = false;
-  std::vector<std::string> files;
-
-  std::uint64_t fileBytes() const { return offset + grid.nodeCount() * scalarBytes(type); }
-};
-
-class RawSequence : public VolumeSequence {
- public:
-  explicit RawSequence(RawLayout layout) : layout_(std::move(layout)) {}
-  std::size_t size() const override { return layout_.files.size(); }
-  const Grid& grid() const override { return layout_.grid; }
-  bool levelSet() const override { return layout_.levelSet; }
-  std::string name(std::size_t i) const override { return layout_.files[i]; }
-
-  Result<Volume> read(std::size_t i) override {
-    const std::string& path = layout_.files[i];
-    const std::size_t count = layout_.grid.nodeCount();
-    if (layout_.type == ScalarType::kFloat32 && layout_.order == std::endian::native &&
-        layout_.offset % alignof(float) == 0) {
-      ISOREEL_ASSIGN(std::shared_ptr<const MappedFile> map, MappedFile::open(path, layout_.fileBytes()));
-      const auto* samples = reinterpret_cast<const float*>(map->bytes().data() + layout_.offset);
-      return Volume{layout_.grid, {samples, count}, map};
-    }
-    // The size again, and before the memory for it: files change.
-    ISOREEL_ASSIGN(const std::uint64_t found, regularFileSize(path));
-    if (found != layout_.fileBytes()) {
-      return {ErrorCode::kTruncated,
-              fmt::format("{}: expected {} bytes, found {}", path, layout_.fileBytes(), found)};
-    }
-    std::ifstream file(path, std::ios::binary);
-    file.seekg(static_cast<std::streamoff>(layout_.offset));
-    if (!file) return {ErrorCode::kIo, path + ": cannot be read"};
-    std::vector<float> values(count);
-    ISOREEL_TRY(readScalars(file, layout_.type, layout_.order, values).at(path));
-    return Volume::own(layout_.grid, std::move(values));
-  }
-
- private:
-  RawLayout layout_;
-};
 
 // The numbers of array `key` into `out`, whose length is the array's; false leaves `out` as it was.
 template <class Numbers>
@@ -104,8 +56,8 @@ Result<Grid> readGrid(const Json& json) {
   return grid;
 }
 
-Result<RawLayout> readLayout(const Json& json, const std::filesystem::path& folder) {
-  RawLayout layout;
+Result<StoredVolumes> readLayout(const Json& json, const std::filesystem::path& folder) {
+  StoredVolumes layout;
   ISOREEL_ASSIGN(layout.grid, readGrid(json));
   const auto type = json.contains("dtype") && json["dtype"].is_string()
                         ? scalarTypeNamed(json["dtype"].get<std::string>())
@@ -122,7 +74,6 @@ Result<RawLayout> readLayout(const Json& json, const std::filesystem::path& fold
   if (!offset.is_number_unsigned() || offset.get<std::uint64_t>() > (std::uint64_t{1} << 60)) {
     return {ErrorCode::kBadData, "\"offset\" must be a whole number of bytes, 0 or above"};
   }
-  layout.offset = offset.get<std::uint64_t>();
   const Json levelSet = json.value("levelset", Json(false));
   if (!levelSet.is_boolean()) return {ErrorCode::kBadData, "\"levelset\" must be true or false"};
   layout.levelSet = levelSet.get<bool>();
@@ -131,8 +82,9 @@ Result<RawLayout> readLayout(const Json& json, const std::filesystem::path& fold
     return {ErrorCode::kBadData, "\"files\" must list one file at least"};
   for (const Json& file : files) {
     if (!file.is_string()) return {ErrorCode::kBadData, "\"files\" must list file names"};
-    layout.files.push_back((folder / file.get<std::string>()).string());
+    layout.parts.push_back({(folder / file.get<std::string>()).string(), offset.get<std::uint64_t>()});
   }
+  layout.volumes = layout.parts.size();
   return layout;
 }
 
@@ -147,21 +99,9 @@ SequenceResult openOne(const std::string& path) {
   } catch (const Json::parse_error& error) {
     return {ErrorCode::kBadData, fmt::format("{}: not valid JSON: {}", path, error.what())};
   }
-  Result<RawLayout> layout = readLayout(json, std::filesystem::path(path).parent_path()).at(path);
-  if (!layout.ok()) return layout.status();
-  // All sizes now: a user should not learn of frame 900 after an hour.
-  for (const std::string& file : layout->files) {
-    Result<std::uint64_t> found = regularFileSize(file).at(path);
-    if (!found.ok()) return found.status();
-    if (*found == layout->fileBytes()) continue;
-    return {
-        *found < layout->fileBytes() ? ErrorCode::kTruncated : ErrorCode::kBadData,
-        fmt::format("{}: expected {} bytes ({} says {} x {} x {} nodes of {} bytes{}), found {}", file,
-                    layout->fileBytes(), path, layout->grid.nodes[0], layout->grid.nodes[1],
-                    layout->grid.nodes[2], scalarBytes(layout->type),
-                    layout->offset != 0 ? fmt::format(" after {}", layout->offset) : std::string(), *found)};
-  }
-  return std::unique_ptr<VolumeSequence>(std::make_unique<RawSequence>(*std::move(layout)));
+  ISOREEL_ASSIGN(StoredVolumes layout, readLayout(json, std::filesystem::path(path).parent_path()).at(path));
+  layout.header = path;
+  return openStored(std::move(layout));
 }
 
 }  // namespace

@@ -4,28 +4,27 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
-#include <utility>
-#include <vector>
 
 namespace isoreel::io {
 namespace {
 
-constexpr std::size_t kSlabScalars = 1u << 16;
-
 template <class Scalar>
-void convert(std::endian order, const std::uint8_t* bytes, std::span<float> out) {
+void convert(std::endian order, const std::uint8_t* bytes, std::span<float> out, const Rescale& rescale) {
+  const bool same = rescale == Rescale();
   for (std::size_t i = 0; i < out.size(); ++i) {
     std::array<std::uint8_t, sizeof(Scalar)> raw;
     std::memcpy(raw.data(), bytes + i * sizeof(Scalar), sizeof(Scalar));
     if (order != std::endian::native) std::reverse(raw.begin(), raw.end());
-    out[i] = static_cast<float>(std::bit_cast<Scalar>(raw));
+    const auto scalar = std::bit_cast<Scalar>(raw);
+    out[i] = same ? static_cast<float>(scalar)
+                  : static_cast<float>(rescale.slope * static_cast<double>(scalar) + rescale.intercept);
   }
 }
 
 struct TypeRow {
   std::string_view name;
   std::size_t bytes;
-  void (*convert)(std::endian, const std::uint8_t*, std::span<float>);
+  void (*convert)(std::endian, const std::uint8_t*, std::span<float>, const Rescale&);
 };
 
 // In the order of ScalarType.
@@ -50,22 +49,9 @@ std::optional<ScalarType> scalarTypeNamed(std::string_view name) {
 
 std::size_t scalarBytes(ScalarType type) { return row(type).bytes; }
 
-void convertScalars(ScalarType type, std::endian order, const std::uint8_t* bytes, std::span<float> out) {
-  row(type).convert(order, bytes, out);
-}
-
-Status readScalars(std::istream& in, ScalarType type, std::endian order, std::span<float> out) {
-  std::vector<std::uint8_t> slab(std::min(out.size(), kSlabScalars) * scalarBytes(type));
-  while (!out.empty()) {
-    const std::size_t count = std::min(out.size(), kSlabScalars);
-    const auto bytes = static_cast<std::streamsize>(count * scalarBytes(type));
-    if (!in.read(reinterpret_cast<char*>(slab.data()), bytes)) {
-      return {ErrorCode::kTruncated, "the file ends before its last sample"};
-    }
-    convertScalars(type, order, slab.data(), out.first(count));
-    out = out.subspan(count);
-  }
-  return {};
+void convertScalars(ScalarType type, std::endian order, const std::uint8_t* bytes, std::span<float> out,
+                    const Rescale& rescale) {
+  row(type).convert(order, bytes, out, rescale);
 }
 
 }  // namespace isoreel::io

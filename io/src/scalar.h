@@ -2,11 +2,8 @@
 // Samples of any scalar type and byte order, turned into floats. Every format converts through here.
 #pragma once
 
-#include <isoreel/base/status.h>
-
 #include <bit>
 #include <cstdint>
-#include <istream>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -30,12 +27,16 @@ enum class ScalarType {
 std::optional<ScalarType> scalarTypeNamed(std::string_view name);
 std::size_t scalarBytes(ScalarType type);
 
-/// Converts out.size() scalars, which lie at `bytes` without alignment, to the nearest float. Not-a-number
-/// and infinities stay what they are; a finite double above the floats becomes an infinity.
-void convertScalars(ScalarType type, std::endian order, const std::uint8_t* bytes, std::span<float> out);
+/// What a header may say of its scalars: value = slope * scalar + intercept.
+struct Rescale {
+  double slope = 1, intercept = 0;
+  bool operator==(const Rescale&) const = default;
+};
 
-/// Reads and converts out.size() scalars from `in`, a slab at a time, so that no second copy of the volume
-/// exists. kTruncated when the stream ends before.
-Status readScalars(std::istream& in, ScalarType type, std::endian order, std::span<float> out);
+/// Converts out.size() scalars, which lie at `bytes` without alignment, to the nearest float, after `rescale`
+/// in double precision. Not-a-number and infinities stay what they are; a finite double above the floats
+/// becomes an infinity.
+void convertScalars(ScalarType type, std::endian order, const std::uint8_t* bytes, std::span<float> out,
+                    const Rescale& rescale = {});
 
 }  // namespace isoreel::io

@@ -30,6 +30,9 @@ class Concatenation : public VolumeSequence {
     if (volume.ok()) volume->grid = grid();  // not almost the same: the same
     return volume;
   }
+  std::optional<double> time(std::size_t i) const override {
+    return parts_[frames_[i].part]->time(frames_[i].index);
+  }
   std::string name(std::size_t i) const override { return parts_[frames_[i].part]->name(frames_[i].index); }
 
  private:
@@ -62,6 +65,21 @@ Status checkSameGrid(const Grid& first, const std::string& firstName, const Grid
                                                      p[2], secondName, q[0], q[1], q[2])};
   }
   return {};
+}
+
+Status setNodes(Grid& grid, std::size_t axis, std::int64_t nodes) {
+  if (nodes < kMinNodes || nodes > kMaxNodes) {
+    return {ErrorCode::kLimit,
+            fmt::format("axis {} has {} nodes; {} to {} are allowed", axis, nodes, kMinNodes, kMaxNodes)};
+  }
+  grid.nodes[axis] = static_cast<std::uint32_t>(nodes);
+  return {};
+}
+
+void setAxis(Grid& grid, std::size_t axis, const Vec3d& step) {
+  grid.spacing[axis] = std::hypot(step[0], step[1], step[2]);
+  if (!(grid.spacing[axis] > 0)) return;
+  for (std::size_t row = 0; row < 3; ++row) grid.direction[3 * row + axis] = step[row] / grid.spacing[axis];
 }
 
 SequenceResult concatenate(std::vector<std::unique_ptr<VolumeSequence>> parts) {

@@ -11,6 +11,13 @@ namespace isoreel::io {
 Status checkSameGrid(const Grid& first, const std::string& firstName, const Grid& second,
                      const std::string& secondName);
 
+/// Sets the nodes of `axis` < 3. Error: kLimit, a number that no grid has.
+Status setNodes(Grid& grid, std::size_t axis, std::int64_t nodes);
+
+/// Sets spacing and direction of `axis` < 3 from the world vector between two neighbouring nodes. One without
+/// a length leaves a spacing of 0, which checkGrid refuses.
+void setAxis(Grid& grid, std::size_t axis, const Vec3d& step);
+
 /// `parts` one after the other. Errors: parts of different grids.
 SequenceResult concatenate(std::vector<std::unique_ptr<VolumeSequence>> parts);
 

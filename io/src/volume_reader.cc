@@ -4,8 +4,10 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <array>
 #include <fstream>
 
+#include "src/byte_stream.h"
 #include "src/files.h"
 #include "src/format.h"
 
@@ -25,6 +27,7 @@ class Guarded : public VolumeSequence {
   std::size_t size() const override { return inner_->size(); }
   const Grid& grid() const override { return inner_->grid(); }
   bool levelSet() const override { return inner_->levelSet(); }
+  std::optional<double> time(std::size_t i) const override { return inner_->time(i); }
   std::string name(std::size_t i) const override { return inner_->name(i); }
   Result<Volume> read(std::size_t i) override {
     try {
@@ -38,14 +41,23 @@ class Guarded : public VolumeSequence {
   std::unique_ptr<VolumeSequence> inner_;
 };
 
+// The first of `path`, which has one byte at least.
 Result<FileHead> readHead(const std::string& path) {
   ISOREEL_ASSIGN(const std::uint64_t size, regularFileSize(path));
   if (size == 0) return {ErrorCode::kBadData, path + ": the file is empty"};
-  FileHead head{path, std::string(4096, '\0')};
+  FileHead head{path, std::string(4096, '\0'), {}};
   std::ifstream file(path, std::ios::binary);
   if (!file) return {ErrorCode::kIo, path + ": cannot be opened"};
   file.read(head.bytes.data(), static_cast<std::streamsize>(head.bytes.size()));
   head.bytes.resize(static_cast<std::size_t>(file.gcount()));
+  if (startsAsGzip(head.bytes)) {
+    ISOREEL_ASSIGN(const auto stream, ByteStream::open(path, 0, Coding::kDeflated));
+    std::array<std::uint8_t, 4096> inflated;
+    // Broken gzip is a file like any other that is no volume.
+    const auto count = stream->readSome(inflated);
+    if (count.ok())
+      head.inflated.assign(inflated.begin(), inflated.begin() + static_cast<std::ptrdiff_t>(*count));
+  }
   return head;
 }
 

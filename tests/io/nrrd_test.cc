@@ -65,7 +65,7 @@ TYPED_TEST_SUITE(NrrdTypes, ScalarTypes);
 
 TYPED_TEST(NrrdTypes, EveryEncodingAndByteOrderAttachedAndDetached) {
   for (const NrrdEncoding* encoding :
-       {nrrdEncodingRaw, nrrdEncodingGzip, nrrdEncodingAscii, nrrdEncodingHex}) {
+       {nrrdEncodingRaw, nrrdEncodingGzip, nrrdEncodingAscii, nrrdEncodingHex, nrrdEncodingBzip2}) {
     for (const int endian : {airEndianLittle, airEndianBig}) {
       for (const std::string name : {"a.nrrd", "a.nhdr"}) {
         const auto values = spread<TypeParam>(60);
@@ -138,11 +138,13 @@ TEST_F(NrrdReader, SeveralDataFiles) {
 
 TEST_F(NrrdReader, EveryCutIsAnError) {
   for (const NrrdEncoding* encoding :
-       {nrrdEncodingRaw, nrrdEncodingGzip, nrrdEncodingHex, nrrdEncodingAscii}) {
+       {nrrdEncodingRaw, nrrdEncodingGzip, nrrdEncodingHex, nrrdEncodingAscii, nrrdEncodingBzip2}) {
     save("a.nrrd", nrrdTypeShort, spread<std::int16_t>(60), encoding, airEndianLittle);
     const std::string whole = content("a.nrrd");
-    // The checksum after gzip's last sample and the newline after the last number may be missing.
-    const std::size_t spare = encoding == nrrdEncodingGzip ? 12 : encoding == nrrdEncodingRaw ? 1 : 8;
+    // The newline after the last number may be missing, and teem does not read to bzip2's checksum.
+    const std::size_t spare = encoding == nrrdEncodingRaw || encoding == nrrdEncodingGzip ? 1
+                              : encoding == nrrdEncodingBzip2                             ? 11
+                                                                                          : 8;
     for (std::size_t size = 1; size + spare <= whole.size(); ++size) {
       write("x.nrrd", whole.substr(0, size));
       EXPECT_NE(errorOf({path("x.nrrd")}), "")
@@ -159,7 +161,7 @@ TEST_F(NrrdReader, SizesThatLieAllocateNothing) {
                     encoding),
         data);
   };
-  EXPECT_TRUE(contains(lying("raw"), "expected 864000000000000 bytes of data, found 32"));
+  EXPECT_TRUE(contains(lying("raw"), "nodes of 4 bytes after 89), found 121"));
   EXPECT_TRUE(contains(lying("gzip"), "cannot hold"));
   EXPECT_TRUE(contains(lying("ascii"), "cannot hold"));
   EXPECT_TRUE(contains(lying("hex"), "expected"));

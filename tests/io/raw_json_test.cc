@@ -95,7 +95,7 @@ TEST_F(RawJson, FileThatShrinksAfterOpening) {
     write("a.raw", "short");
     const auto volume = (*sequence)->read(0);
     ASSERT_FALSE(volume.ok());
-    EXPECT_TRUE(contains(volume.error().message, "expected 240 bytes, found 5"));
+    EXPECT_TRUE(contains(volume.error().message, "expected 240 bytes"));
   }
 }
 
