@@ -25,7 +25,7 @@ struct EncodeOptions {
   std::string isovalues;
   std::optional<Inside> inside;
   std::string step = "1/16";
-  std::string fps = "25";
+  std::string fps;  // "" for the volumes' own times, or else 25
   std::string times;
   std::string frames;
   std::string profile = "classic";
@@ -68,6 +68,18 @@ std::vector<double> frameIsovalues(const EncodeOptions& options, const io::Volum
                              values.size(), volumes.size()));
   }
   return values;
+}
+
+/// Times as --times, --fps or the volumes' files say, in that order.
+FrameTimes frameTimes(const EncodeOptions& options, const io::VolumeSequence& volumes, std::size_t frames) {
+  if (!options.times.empty()) return timesFromFile(options.times, frames);
+  if (!options.fps.empty()) return constantRate(options.fps, frames);
+  std::vector<double> seconds;
+  for (std::size_t i = 0; i < volumes.size() && volumes.size() == frames; ++i) {
+    if (const auto time = volumes.time(i)) seconds.push_back(*time);
+  }
+  const auto times = seconds.size() == frames ? timesInSeconds(seconds) : std::nullopt;
+  return times ? *times : constantRate("25", frames);
 }
 
 std::string tagsJson(const EncodeOptions& options) {
@@ -142,8 +154,7 @@ Status encode(const EncodeOptions& options) {
   ISOREEL_ASSIGN(const std::unique_ptr<io::VolumeSequence> volumes,
                  io::openVolumes(options.volumes.paths, options.volumes.options));
   const std::vector<double> isovalues = frameIsovalues(options, *volumes);
-  const FrameTimes times = options.times.empty() ? constantRate(options.fps, isovalues.size())
-                                                 : timesFromFile(options.times, isovalues.size());
+  const FrameTimes times = frameTimes(options, *volumes, isovalues.size());
   const FrameRange range = parseFrames(options.frames, isovalues.size());
 
   EncoderSettings settings;
@@ -247,7 +258,8 @@ void addEncodeCommand(CLI::App& app, Action& chosen) {
           "Vertex of a cell: least squares of planes, or mean of crossings")
       ->default_str("qef")
       ->type_name("qef|centroid");
-  CLI::Option* fps = verb->add_option("--fps", options->fps, "Frames a second: 25, 30000/1001");
+  CLI::Option* fps = verb->add_option(
+      "--fps", options->fps, "Frames a second: 25, 30000/1001 (default: as the volume files say, else 25)");
   verb->add_option("--times", options->times, "File with the time of each frame in seconds, one a line")
       ->excludes(fps);
   verb->add_option("--frames", options->frames,

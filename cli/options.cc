@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <fstream>
 #include <limits>
 #include <numeric>
@@ -150,6 +151,27 @@ FrameTimes timesFromFile(const std::string& path, std::size_t frames) {
   }
   result.durations.push_back(result.durations.empty() ? static_cast<std::uint64_t>(denominator)
                                                       : result.durations.back());
+  return result;
+}
+
+std::optional<FrameTimes> timesInSeconds(const std::vector<double>& seconds) {
+  constexpr std::int64_t kTicks = 1'000'000'000;
+  constexpr double kCentury = 100 * 365.25 * 24 * 3600;
+  if (seconds.size() < 2) return std::nullopt;
+  std::vector<std::int64_t> ticks;
+  std::int64_t common = kTicks;
+  for (const double t : seconds) {
+    if (!(std::abs(t) < kCentury)) return std::nullopt;
+    ticks.push_back(std::llround(t * kTicks));
+    if (ticks.size() > 1 && ticks.back() <= ticks[ticks.size() - 2]) return std::nullopt;
+    common = std::gcd(common, ticks.back());
+  }
+  FrameTimes result{{1, static_cast<std::uint32_t>(kTicks / common)}, {}, {}};
+  for (std::size_t i = 0; i < ticks.size(); ++i) {
+    const std::size_t next = std::min(i + 1, ticks.size() - 1);
+    result.times.push_back(ticks[i] / common);
+    result.durations.push_back(static_cast<std::uint64_t>((ticks[next] - ticks[next - 1]) / common));
+  }
   return result;
 }
 

@@ -5,6 +5,7 @@
 #include <isoreel/base/packet.h>
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -42,6 +43,9 @@ FrameTimes constantRate(const std::string& fps, std::size_t frames);
 /// One time in seconds a line (a fraction or a decimal), rising, as many as frames; empty lines and #
 /// comments are skipped. A last frame lasts as long as the one before it.
 FrameTimes timesFromFile(const std::string& path, std::size_t frames);
+/// Frame i at seconds[i], to the nanosecond; nothing when there is a single one, or when they do not rise or
+/// lie beyond a century. A last frame lasts as long as the one before it.
+std::optional<FrameTimes> timesInSeconds(const std::vector<double>& seconds);
 
 /// Whether an output name counts its frames (holds %d, %05d …), and the name of one frame.
 bool countsFrames(const std::string& pattern);

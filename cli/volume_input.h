@@ -26,19 +26,24 @@ Value choice(const std::string& option, const std::map<std::string, Value>& valu
   throw CLI::ValidationError(option, "'" + text + "' is not " + names);
 }
 
-/// Adds INPUT..., --grid and --nan.
+/// Adds INPUT..., --array and --nan.
 struct VolumeInput {
   std::vector<std::string> paths;
   io::VolumeOptions options;
   NonFinite non_finite = NonFinite::kRefuse;
 
   void add(CLI::App& verb) {
+    std::string formats;
+    for (const std::string& format : io::volumeFormats()) formats += (formats.empty() ? "" : ", ") + format;
     verb.add_option("input", paths,
-                    "Volume files in order, a 4-D file, a folder, or a pattern such as frame_%04d.vdb")
+                    "Volume files in order, a 4-D file, a folder, or a pattern such as frame_%04d.vdb or "
+                    "'frame_*.vdb'; formats: " +
+                        formats)
         ->required()
         ->default_str("");
-    verb.add_option("--grid", options.grid,
-                    "OpenVDB: the grid to read (default: the only one, or the only level set)");
+    verb.add_option("--array,--grid", options.array,
+                    "The array (VTI) or grid (OpenVDB) to read in files that hold several (default: the only "
+                    "scalar one, or OpenVDB's only level set)");
     verb.add_option_function<std::string>(
             "--nan", [this](const std::string& text) { non_finite = choice("--nan", kNonFinite, text); },
             "Samples that are not finite: an error, or outside")
