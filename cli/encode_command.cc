@@ -258,8 +258,11 @@ void addEncodeCommand(CLI::App& app, Action& chosen) {
           "Vertex of a cell: least squares of planes, or mean of crossings")
       ->default_str("qef")
       ->type_name("qef|centroid");
-  CLI::Option* fps = verb->add_option(
-      "--fps", options->fps, "Frames a second: 25, 30000/1001 (default: as the volume files say, else 25)");
+  CLI::Option* fps =
+      verb->add_option("--fps", options->fps,
+                       "Frames a second: 25, 30000/1001 (without it, times in the volume files "
+                       "come first)")
+          ->default_str("25");
   verb->add_option("--times", options->times, "File with the time of each frame in seconds, one a line")
       ->excludes(fps);
   verb->add_option("--frames", options->frames,

@@ -63,6 +63,16 @@ TEST_F(Inputs, PatternGapIsNamed) {
   EXPECT_TRUE(contains(errorOf({path("none/f_%02d.json")}), path("none/f_%02d.json")));
 }
 
+TEST_F(Inputs, GlobsInNaturalOrder) {
+  for (const int i : {10, 9, 101, 11}) volume(fmt::format("f{}.json", i), i);
+  volume("g[1].json", 3);
+  EXPECT_EQ(read({path("f*.json")}), (std::vector<float>{9, 10, 11, 101}));
+  EXPECT_EQ(read({path("f1?.json"), path("f[9].json")}), (std::vector<float>{10, 11, 9}));
+  EXPECT_EQ(read({path("g[1].json")}), (std::vector<float>{3}));  // a file's own name goes first
+  EXPECT_TRUE(contains(errorOf({path("h*")}), path("h*") + ": no file of this pattern exists"));
+  EXPECT_TRUE(contains(errorOf({path("f*")}), ": not a volume file"));  // the .raw files too
+}
+
 TEST_F(Inputs, FileWhoseNameLooksLikeAPattern) {
   volume("f_%d.json", 5);
   EXPECT_EQ(read({path("f_%d.json")}), (std::vector<float>{5}));
@@ -113,12 +123,14 @@ TEST_F(Inputs, TwoFormatsAreNoSequence) {
   EXPECT_TRUE(contains(error, path("b")));
 }
 
-// Both formats are known by their content in every build; a build without one says so.
+// Formats are known by their content in every build; a build without one says so.
 TEST_F(Inputs, FormatsThatThisBuildLacks) {
   write("a", "NRRD0004\n");
   write("b", std::string(" BDV\0\0\0\0", 8));
+  write("c", "<VTKFile type=\"ImageData\">");
   const auto formats = volumeFormats();
-  for (const auto& [file, name] : {std::pair("a", "NRRD"), std::pair("b", "OpenVDB")}) {
+  for (const auto& [file, name] :
+       {std::pair("a", "NRRD"), std::pair("b", "OpenVDB"), std::pair("c", "VTI")}) {
     if (std::find(formats.begin(), formats.end(), name) != formats.end()) continue;
     EXPECT_TRUE(contains(errorOf({path(file)}), fmt::format("{}: built without {}", path(file), name)));
   }

@@ -136,6 +136,41 @@ TEST_F(NrrdReader, SeveralDataFiles) {
   EXPECT_NE(errorOf({path("a.nhdr")}), "");
 }
 
+TEST_F(NrrdReader, TimesWhenTheUnitIsGiven) {
+  const std::string header =
+      "NRRD0004\ntype: uchar\ndimension: 4\nsizes: 2 2 2 3\nkinds: domain domain domain time\nencoding: raw\n"
+      "spacings: 1 1 1 40\n";
+  write("a.nrrd", header + "units: \"mm\" \"mm\" \"mm\" \"ms\"\n\n" + std::string(24, 'x'));
+  EXPECT_EQ((*openVolumes({path("a.nrrd")}))->time(2), 0.08);
+  write("a.nrrd", header + "\n" + std::string(24, 'x'));
+  EXPECT_EQ((*openVolumes({path("a.nrrd")}))->time(2), std::nullopt);
+}
+
+TEST_F(NrrdReader, BytesBeforeTheSamples) {
+  const std::string header =
+      "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 2 2\nencoding: raw\ndata file: a.raw\n";
+  write("a.raw", "one\ntwo\nXYabcdefgh");
+  for (const char* skips : {"line skip: 2\nbyte skip: 2\n", "byte skip: 10\n", "byte skip: -1\n"}) {
+    write("a.nhdr", header + skips);
+    auto sequence = openVolumes({path("a.nhdr")});
+    ASSERT_TRUE(sequence.ok()) << sequence.error().message;
+    EXPECT_EQ((*sequence)->read(0)->samples[7], 'h') << skips;
+  }
+  write("a.nhdr", header + "line skip: 4\n");
+  EXPECT_TRUE(contains(errorOf({path("a.nhdr")}), "skipping line 3 of 4"));
+}
+
+TEST_F(NrrdReader, ChecksumOfGzip) {
+  save("a.nrrd", nrrdTypeShort, spread<std::int16_t>(60), nrrdEncodingGzip, airEndianLittle);
+  const std::string whole = content("a.nrrd");
+  for (std::size_t i = whole.size() - 8; i < whole.size(); ++i) {
+    std::string broken = whole;
+    broken[i] = static_cast<char>(broken[i] ^ 1);
+    write("x.nrrd", broken);
+    EXPECT_TRUE(contains(errorOf({path("x.nrrd")}), "broken compressed data")) << i;
+  }
+}
+
 TEST_F(NrrdReader, EveryCutIsAnError) {
   for (const NrrdEncoding* encoding :
        {nrrdEncodingRaw, nrrdEncodingGzip, nrrdEncodingHex, nrrdEncodingAscii, nrrdEncodingBzip2}) {
