@@ -272,15 +272,15 @@ class VtiSequence : public VolumeSequence {
 
 }  // namespace
 
-SequenceResult openVti(const std::vector<std::string>& paths, const VolumeOptions& options) {
+SequenceResult openVti(const std::vector<std::string>& files, const VolumeOptions& options) {
   std::string arrayName = options.array;
   std::vector<VtiFrame> frames;
   std::optional<Grid> first;
-  for (const std::string& path : paths) {
+  for (const std::string& path : files) {
     ISOREEL_ASSIGN(const VtiFile file, VtiFile::open(path).at(path));
     ISOREEL_ASSIGN(const Grid grid, gridOf(file.image()).at(path));
     if (!first) first = grid;
-    ISOREEL_TRY(checkSameGrid(*first, paths.front(), grid, path));
+    ISOREEL_TRY(checkSameGrid(*first, files.front(), grid, path));
     // The first file chooses, the others must have an array of that name.
     ISOREEL_ASSIGN(const pugi::xml_node array, chooseArray(file.image(), arrayName).at(path));
     arrayName = array.attribute("Name").value();

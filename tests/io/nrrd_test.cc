@@ -7,8 +7,8 @@
 
 #include "support.h"
 
-// teem does not free its inflate state when gzip data end early; LeakSanitizer asks here what not to report.
-extern "C" const char* __lsan_default_suppressions() { return "leak:libteem\nleak:libz.so\n"; }
+// teem does not free its state when bzip2 data end early; LeakSanitizer asks here what not to report.
+extern "C" const char* __lsan_default_suppressions() { return "leak:libteem\nleak:libbz2.so\n"; }
 
 namespace isoreel::io {
 namespace {

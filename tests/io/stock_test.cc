@@ -177,6 +177,22 @@ TEST_F(Stock, NiftiCutAndChanged) {
   everyByteChanged("nifti/scaled.nii.gz");
 }
 
+TEST_F(Stock, NiftiInSeveralGzipMembers) {
+  using namespace std::string_literals;
+  const std::string whole = contentOf(data("nifti/scaled.nii.gz"));
+  const std::string start = "\x1f\x8b\x08\0\0\0\0\0\0\x03"s;
+  const std::string empty = start + "\x03\0\0\0\0\0\0\0\0\0"s;
+  const std::string one = start + "\1\1\0\xfe\xffx\x83\x16\xdc\x8c\1\0\0\0"s;  // the byte x
+  for (const std::string& more : {empty, empty + empty, std::string(512, '\0')}) {
+    write("a.nii.gz", whole + more);
+    EXPECT_EQ(errorOf({path("a.nii.gz")}), "");
+  }
+  write("a.nii.gz", whole + empty + one);
+  EXPECT_TRUE(contains(errorOf({path("a.nii.gz")}), "holds more samples than its header says"));
+  write("a.nii.gz", whole + one.substr(0, 12));
+  EXPECT_TRUE(contains(errorOf({path("a.nii.gz")}), "end early"));
+}
+
 TEST_F(Stock, MetaImageCutAndChanged) {
   everyCut("metaimage/short.mha", 0);
   everyCut("metaimage/double.mha", 0);
@@ -193,7 +209,6 @@ TEST_F(Stock, MetaImageCutAndChanged) {
 TEST_F(Stock, VtiCutAndChanged) {
   everyCut("vti/time_9.vti", 32);
   everyByteChanged("vti/time_9.vti");
-  everyByteChanged("vti/turned.vti");
 }
 
 }  // namespace
