@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <isoreel/codec/configuration.h>
 #include <isoreel/codec/decoder.h>
 
 #include <algorithm>
 
+#include "inter/vertex_stream.h"
 #include "intra/sign_tree.h"
-#include "intra/vertex_coder.h"
 #include "lattice/dual_mesh.h"
 
 namespace isoreel {
@@ -85,34 +86,83 @@ Status counts(const char* what, std::size_t found, std::uint32_t stated) {
                                    std::to_string(stated) + " (spec codec 3.1)"};
 }
 
-/// The vertices of the full surface (spec codec 5.2).
-Status decodeVertices(const PacketHeader& header, ByteSpan bytes, const std::vector<Cell>& cells,
-                      VertexModels& models, Surface& surface) {
-  if (cells.size() != header.vertices) return counts("active cells", cells.size(), header.vertices);
-  const ResidualSteps steps{static_cast<std::int32_t>(header.step),
-                            static_cast<std::int32_t>(header.tangential_step)};
+Status endOf(const RangeGet& coder, const char* what) {
+  if (coder.finished()) return {};
+  return {ErrorCode::kBadData, std::string(what) + ": " +
+                                   (coder.overrun() ? "end too early" : "not used to their end") +
+                                   " (spec codec 6.2)"};
+}
+
+GridPosition inGrid(const Cell& cell, const std::array<std::int32_t, 3>& in_cell) {
+  return {cell.x * kCell + in_cell[0], cell.y * kCell + in_cell[1], cell.z * kCell + in_cell[2]};
+}
+
+/// The vertices of an I packet's full surface (spec codec 5.2).
+Status decodeIntraVertices(ByteSpan bytes, const std::vector<Cell>& cells, const ResidualSteps& steps,
+                           VertexModels& models, Surface& surface) {
   RangeGet coder(bytes);
-  models.reset();
-  surface.vertices.resize(cells.size());
   for (std::size_t i = 0; i < cells.size(); ++i) {
-    const auto in_cell =
-        reconstruct(kLocalFrames[cells[i].corners], codeVertex(coder, models, cells[i].corners, {}), steps);
-    surface.vertices[i] = {cells[i].x * kCell + in_cell[0], cells[i].y * kCell + in_cell[1],
-                           cells[i].z * kCell + in_cell[2]};
+    surface.vertices[i] = inGrid(
+        cells[i],
+        reconstruct(kLocalFrames[cells[i].corners], codeVertex(coder, models, cells[i].corners, {}), steps));
   }
-  if (!coder.finished()) {
-    return {ErrorCode::kBadData, std::string("vertices: ") +
-                                     (coder.overrun() ? "end too early" : "not used to their end") +
-                                     " (spec codec 6.2)"};
-  }
-  return {};
+  return endOf(coder, "vertices");
+}
+
+/// The vertices of a P packet's full surface (spec codec 8).
+Status decodePredictedVertices(ByteSpan motion_bytes, ByteSpan vertex_bytes, const std::vector<Cell>& cells,
+                               const CellIndex& index, const Reference& reference, const ResidualSteps& steps,
+                               PacketModels& models, Surface& surface) {
+  ByteReader in(motion_bytes);
+  PredictionHeader header;
+  ISOREEL_TRY(readSized(in, header));
+  MotionField motion;
+  motion.build(cells, header.block_log2, header.vector_step);
+  RangeGet vectors(motion_bytes.subspan(in.position()));
+  ISOREEL_TRY(motion.code(vectors, models.motion));
+  ISOREEL_TRY(endOf(vectors, "motion vectors"));
+
+  RangeGet coder(vertex_bytes);
+  std::vector<Residual> residuals(cells.size());
+  codeTangents(coder, models.vertices, cells, residuals);
+  if (coder.overrun()) return endOf(coder, "vertices");
+  const auto predictions = predictVertices(reference, motion, cells, residuals, steps);
+  codeNormals(
+      coder, models, header, cells, index, residuals, predictions, steps,
+      [](std::uint32_t, std::int32_t, bool) { return 0; }, surface.vertices);
+  toGridPositions(cells, surface.vertices);
+  return endOf(coder, "vertices");
 }
 
 }  // namespace
 
 struct Decoder::State {
-  VertexModels vertex_models;
+  PacketModels models;
   CellIndex index;
+  // What a P packet goes on from: the packet decoded last, when it was decoded whole.
+  std::optional<Configuration> configuration;
+  std::uint64_t last = 0;
+  Reference reference;
+
+  /// The configuration that the packet is decoded with. OK for a P packet only right after its reference.
+  Status begin(const PacketHeader& header) {
+    if (header.type == PacketType::kIntra) {
+      configuration.reset();
+      ISOREEL_ASSIGN(configuration, readConfiguration(header.configuration));
+      models.reset();
+      return {};
+    }
+    const std::uint64_t wanted = header.number - header.references[0];
+    if (!configuration || last != wanted) {
+      return {ErrorCode::kNotFound, "packet: predicted from frame " + std::to_string(wanted) +
+                                        ", which was not decoded right before it (spec codec 8)"};
+    }
+    if ((configuration->tools & kToolPrediction) == 0) {
+      return {ErrorCode::kBadData,
+              "packet: a P packet where the configuration record has no prediction (spec codec 2)"};
+    }
+    return {};
+  }
 };
 
 Decoder::Decoder() : state_(std::make_unique<State>()) {}
@@ -123,8 +173,6 @@ Decoder::~Decoder() = default;
 Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
   ISOREEL_ASSIGN(const Payload payload, Payload::open(packet, options));
   const PacketHeader& header = payload.header();
-  if (header.type != PacketType::kIntra)
-    return {ErrorCode::kUnsupported, "packet type P is reserved in version 1 (spec codec 3.1)"};
   if (header.vertices > options.max_vertices) {
     return {ErrorCode::kLimit, "packet: " + std::to_string(header.vertices) +
                                    " vertices, above the limit of " + std::to_string(options.max_vertices)};
@@ -135,11 +183,14 @@ Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
                                      " vertices cannot come from " + std::to_string(payload.wholeSize()) +
                                      " bytes (spec codec 6.1)"};
   }
-  ISOREEL_ASSIGN(const Configuration configuration, readConfiguration(header.configuration));
+  State& state = *state_;
+  ISOREEL_TRY(state.begin(header));
+  const Configuration configuration = *state.configuration;
+  state.configuration.reset();  // until this packet is decoded whole, nothing can go on from it
 
   Surface surface;
   surface.grid = configuration.grid;
-  SignTree<RangeGet, UnknownTruth> tree(surface.grid, {}, header.vertices);
+  SignTree<RangeGet, UnknownTruth> tree(surface.grid, {}, header.vertices, state.models.signs);
   const std::uint32_t depth = tree.depth();
   const std::uint32_t wanted = std::min(options.level.value_or(depth), depth);
   std::uint32_t level = 0;  // the level that the tree is at
@@ -162,20 +213,34 @@ Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
   std::vector<Cell> cells = tree.takeCells();
   std::erase_if(cells, [](const Cell& cell) { return !isActive(cell); });
 
-  const auto vertex_bytes = payload.section(SectionKind::kVertices, 0);
-  const bool full = whole && wanted == depth && vertex_bytes.has_value();
+  const auto motion_bytes = payload.section(SectionKind::kMotion, 0),
+             vertex_bytes = payload.section(SectionKind::kVertices, 0);
+  const bool full = whole && wanted == depth && motion_bytes && vertex_bytes;
+  state.index.build(cells);
   if (full) {
-    ISOREEL_TRY(decodeVertices(header, *vertex_bytes, cells, state_->vertex_models, surface));
+    if (cells.size() != header.vertices) return counts("active cells", cells.size(), header.vertices);
+    const ResidualSteps steps{static_cast<std::int32_t>(header.step),
+                              static_cast<std::int32_t>(header.tangential_step)};
+    surface.vertices.resize(cells.size());
+    if (header.type == PacketType::kIntra) {
+      ISOREEL_TRY(decodeIntraVertices(*vertex_bytes, cells, steps, state.models.vertices, surface));
+    } else {
+      ISOREEL_TRY(decodePredictedVertices(*motion_bytes, *vertex_bytes, cells, state.index, state.reference,
+                                          steps, state.models, surface));
+    }
   } else {
     surface.vertices = verticesFromSigns(cells, surface.grid, depth - level);
   }
-  state_->index.build(cells);
-  surface.quads = dualQuads(cells, state_->index);
-  if (full) {
-    if (surface.quads.size() != header.faces) return counts("quads", surface.quads.size(), header.faces);
-    if (surfaceHash(surface) != header.surface_hash) {
-      return {ErrorCode::kBadData, "packet: the decoded surface does not match its hash (spec codec 7)"};
-    }
+  surface.quads = dualQuads(cells, state.index);
+  if (!full) return surface;
+  if (surface.quads.size() != header.faces) return counts("quads", surface.quads.size(), header.faces);
+  if (surfaceHash(surface) != header.surface_hash) {
+    return {ErrorCode::kBadData, "packet: the decoded surface does not match its hash (spec codec 7)"};
+  }
+  if ((configuration.tools & kToolPrediction) != 0) {
+    state.reference.build(surface, cells, state.index);
+    state.last = header.number;
+    state.configuration = configuration;
   }
   return surface;
 }

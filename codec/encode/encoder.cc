@@ -2,11 +2,11 @@
 #include <isoreel/codec/encoder.h>
 
 #include <cmath>
+#include <optional>
 
 #include "encode/facts.h"
+#include "encode/frame_coder.h"
 #include "extract/dual_contouring.h"
-#include "extract/octree.h"
-#include "intra/vertex_coder.h"
 #include "lattice/dual_mesh.h"
 #include "syntax/packet.h"
 
@@ -18,60 +18,16 @@ namespace {
 // isosurface more.
 constexpr std::uint32_t kTangentialRatio = 3;
 
-/// Appends the stream that `write(coder)` makes to the payload, and its entry to the section table when it
-/// has any bytes.
-template <class Write>
-void addSection(PacketHeader& header, Bytes& payload, SectionKind kind, std::uint32_t level, Write write) {
-  const std::size_t start = payload.size();
-  RangePut coder(payload);
-  write(coder);
-  coder.finish();
-  if (payload.size() > start) {
-    header.sections.push_back(
-        {static_cast<std::uint32_t>(kind), level, static_cast<std::uint32_t>(payload.size() - start)});
-  }
-}
-
-/// Signs and leaf bits of every level, coarse to fine (spec codec 4). Ends where nothing is heterogeneous.
-Status writeSigns(const Grid& grid, const SignBitmap& bitmap, std::span<const Cell> cells,
-                  PacketHeader& header, Bytes& payload) {
-  const SparseOctree octree(cells, octreeDepth(grid));
-  SignTree<RangePut, OctreeTruth> tree(grid, OctreeTruth(bitmap, octree), cells.size());
-  for (std::uint32_t level = 0; level <= tree.depth(); ++level) {
-    Bytes leaf_bytes;
-    RangePut leaves(leaf_bytes);
-    Status status;
-    addSection(header, payload, SectionKind::kSigns, level, [&](RangePut& signs) {
-      status = level == 0 ? tree.codeRoot(signs, leaves) : tree.codeLevel(level, signs, leaves);
-    });
-    ISOREEL_TRY(status);
-    leaves.finish();
-    if (!leaf_bytes.empty()) {
-      header.sections.push_back({static_cast<std::uint32_t>(SectionKind::kLeaves), level,
-                                 static_cast<std::uint32_t>(leaf_bytes.size())});
-      payload.insert(payload.end(), leaf_bytes.begin(), leaf_bytes.end());
-    }
-    if (tree.cells().empty()) break;
-  }
-  return {};
-}
-
-Residual quantise(const std::array<std::int32_t, 3>& vertex, const LocalFrame& frame,
-                  const ResidualSteps& steps) {
-  const auto along = [&](const std::array<std::int32_t, 3>& axis, std::int32_t step) {
-    double dot = 0;
-    for (std::size_t k = 0; k < 3; ++k) dot += static_cast<double>(vertex[k] - frame.vertex[k]) * axis[k];
-    return static_cast<std::int32_t>(std::lround(dot / kCell / step));
-  };
-  return {along(frame.normal, steps.normal), along(frame.tangent1, steps.tangential),
-          along(frame.tangent2, steps.tangential)};
-}
-
 }  // namespace
 
 struct Encoder::State {
   EncoderSettings settings;
   Bytes record;
+  // The GOP so far.
+  std::uint64_t key = 0;
+  std::optional<std::uint64_t> last;  // number of the frame coded last; none: the next frame starts a GOP
+  Reference reference;
+  PacketModels models;
 };
 
 Encoder::Encoder(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -81,6 +37,11 @@ Encoder::~Encoder() = default;
 
 Result<Encoder> Encoder::create(EncoderSettings settings) {
   ISOREEL_TRY(checkGrid(settings.configuration.grid));
+  if (settings.gop < 1) return {ErrorCode::kInvalidArgument, "a GOP has one frame at least"};
+  if (settings.motion.block_log2 < 2 || settings.motion.block_log2 > 5)
+    return {ErrorCode::kInvalidArgument, "motion blocks have 4, 8, 16 or 32 cells a side (spec codec 8.1)"};
+  settings.configuration.tools =
+      settings.frame_types == FrameTypes::kAuto && settings.gop > 1 ? kToolPrediction : 0;
   ISOREEL_ASSIGN(Bytes record, writeConfiguration(settings.configuration));
   auto state = std::make_unique<State>();
   state->settings = std::move(settings);
@@ -110,6 +71,9 @@ Result<Packet> Encoder::encode(const Volume& volume, const FrameTiming& timing, 
   if (cells.size() > 0xFFFFFFFFu / 4)
     return {ErrorCode::kLimit, "the surface has more than 2^30 vertices (spec codec 3.1)"};
 
+  CellIndex index;
+  index.build(cells);
+  const auto vertices = placeVertices(volume, timing.isovalue, cells, settings.placement, settings.parallel);
   PacketHeader header;
   header.number = timing.number;
   header.time = timing.time;
@@ -117,46 +81,53 @@ Result<Packet> Encoder::encode(const Volume& volume, const FrameTiming& timing, 
   header.isovalue = timing.isovalue;
   header.step = settings.configuration.step;
   header.tangential_step = std::min<std::uint32_t>(kTangentialRatio * header.step, kCell);
-  header.configuration = state_->record;
   header.vertices = static_cast<std::uint32_t>(cells.size());
 
-  Bytes payload;
-  ISOREEL_TRY(writeSigns(grid, bitmap, cells, header, payload));
-  const std::size_t sign_bytes = payload.size();
+  const FrameInput input{
+      grid,     bitmap,
+      cells,    index,
+      vertices, {static_cast<std::int32_t>(header.step), static_cast<std::int32_t>(header.tangential_step)}};
+  ISOREEL_ASSIGN(CodedFrame coded, codeIntra(input));
+  State& state = *state_;
+  const bool predicts = (settings.configuration.tools & kToolPrediction) != 0;
+  if (predicts && state.last && timing.number == *state.last + 1 &&
+      timing.number - state.key < settings.gop) {
+    ISOREEL_ASSIGN(CodedFrame predicted,
+                   codePredicted(input, state.reference, settings.motion, state.models));
+    if (predicted.payload.size() < coded.payload.size() + state.record.size()) {
+      coded = std::move(predicted);
+      header.type = PacketType::kPredicted;
+      header.references = {1};
+    }
+  }
+  if (header.type == PacketType::kIntra) {
+    header.configuration = state.record;
+    state.key = timing.number;
+  }
+  header.sections = coded.sections;
 
-  auto vertices = placeVertices(volume, timing.isovalue, cells, settings.placement, settings.parallel);
   Packet packet;
   double squares = 0, largest = 0;
-  addSection(header, payload, SectionKind::kVertices, 0, [&](RangePut& coder) {
-    VertexModels models;
-    const ResidualSteps steps{static_cast<std::int32_t>(header.step),
-                              static_cast<std::int32_t>(header.tangential_step)};
-    for (std::size_t i = 0; i < cells.size(); ++i) {
-      const LocalFrame& frame = kLocalFrames[cells[i].corners];
-      const Residual residual =
-          codeVertex(coder, models, cells[i].corners, quantise(vertices[i], frame, steps));
-      const auto decoded = reconstruct(frame, residual, steps);
-      double square = 0;
-      for (std::size_t k = 0; k < 3; ++k) {
-        const double error = static_cast<double>(decoded[k] - vertices[i][k]) / kCell;
-        square += error * error;
-      }
-      squares += square;
-      largest = std::max(largest, square);
-      vertices[i] = decoded;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    double square = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double error = static_cast<double>(coded.decoded[i][k] - vertices[i][k]) / kCell;
+      square += error * error;
     }
-  });
+    squares += square;
+    largest = std::max(largest, square);
+  }
 
   Surface surface;
   surface.grid = grid;
-  toGridPositions(cells, vertices);
-  surface.vertices = std::move(vertices);
-  CellIndex index;
-  index.build(cells);
+  toGridPositions(cells, coded.decoded);
+  surface.vertices = std::move(coded.decoded);
   surface.quads = dualQuads(cells, index);
 
   FrameHeader& facts = packet.header;
-  facts.number = facts.key = timing.number;
+  facts.number = timing.number;
+  facts.key = state.key;
+  facts.type = header.type;
   facts.time = timing.time;
   facts.duration = timing.duration;
   facts.isovalue = timing.isovalue;
@@ -168,9 +139,16 @@ Result<Packet> Encoder::encode(const Volume& volume, const FrameTiming& timing, 
 
   header.faces = facts.faces;
   header.surface_hash = facts.surface_hash;
-  ISOREEL_ASSIGN(packet.data, writePacket(std::move(header), payload));
-  if (sizes != nullptr)
-    *sizes = {sign_bytes, 0, payload.size() - sign_bytes, packet.data.size() - payload.size()};
+  ISOREEL_ASSIGN(packet.data, writePacket(std::move(header), coded.payload));
+  if (sizes != nullptr) {
+    *sizes = coded.sizes;
+    sizes->other = packet.data.size() - coded.payload.size();
+  }
+  if (predicts) {
+    state.reference.build(surface, cells, index);
+    state.models = std::move(coded.models);
+    state.last = timing.number;
+  }
   return packet;
 }
 

@@ -116,4 +116,15 @@ class LeafModels {
   std::array<BitModel, 4 * 2 * 6 * 4> models_{};
 };
 
+/// All that the octree of signs adapts. A P packet goes on with what the packet before it left.
+struct SignTreeModels {
+  SignModels signs;
+  LeafModels leaves;
+
+  void reset() {
+    signs.reset();
+    leaves.reset();
+  }
+};
+
 }  // namespace isoreel

@@ -40,8 +40,9 @@ struct UnknownTruth {
 template <class Coder, class Truth>
 class SignTree {
  public:
-  SignTree(const Grid& grid, Truth truth, std::size_t max_cells)
-      : grid_(grid), depth_(octreeDepth(grid)), truth_(truth), max_cells_(max_cells) {}
+  /// `grid` and `models` must outlive the tree.
+  SignTree(const Grid& grid, Truth truth, std::size_t max_cells, SignTreeModels& models)
+      : grid_(grid), depth_(octreeDepth(grid)), truth_(truth), max_cells_(max_cells), models_(models) {}
 
   std::uint32_t depth() const { return depth_; }
   /// The heterogeneous cells of the level coded last, in Morton order. Those of the deepest level are all
@@ -181,7 +182,7 @@ class SignTree {
         } else {
           const std::uint32_t known = SignBlock::neighbours(block.known, x, y, z);
           const std::uint32_t inside = SignBlock::neighbours(block.inside, x, y, z);
-          sign = signs.code(sign_models_.at(known, inside),
+          sign = signs.code(models_.signs.at(known, inside),
                             truth_.sign(lattice, base[0] + x, base[1] + y, base[2] + z));
         }
         block.set(x, y, z, sign);
@@ -214,7 +215,7 @@ class SignTree {
             const bool sign = child.corners != 0;
             const auto [around, around_inside] =
                 surroundings(block, at[0] - base[0], at[1] - base[1], at[2] - base[2]);
-            BitModel& model = leaf_models_.at(around, around_inside, sign, depth_ - level);
+            BitModel& model = models_.leaves.at(around, around_inside, sign, depth_ - level);
             if (!leaves.code(model, truth_.divided(level, child))) continue;
           }
           if (children_.size() >= max_cells_) {
@@ -312,8 +313,7 @@ class SignTree {
   std::vector<Cell> children_;
   CellIndex index_;
   SignLattice lattice_;
-  SignModels sign_models_;
-  LeafModels leaf_models_;
+  SignTreeModels& models_;
 };
 
 }  // namespace isoreel

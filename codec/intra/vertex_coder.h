@@ -22,20 +22,31 @@ struct ResidualSteps {
 /// Residual along the normal and the two tangents of the local frame, in steps.
 using Residual = std::array<std::int32_t, 3>;
 
-/// The vertex inside its cell that a residual stands for: positions 0 to 16384 from the cell's corner 0.
-/// |residual| <= 65535.
-inline std::array<std::int32_t, 3> reconstruct(const LocalFrame& frame, const Residual& residual,
-                                               const ResidualSteps& steps) {
+/// The vertex inside its cell at `offsets` from that of the local frame, along its normal and tangents:
+/// positions 0 to 16384 from the cell's corner 0. All in 1/16384 of a cell, |offset| < 2^31.
+inline std::array<std::int32_t, 3> reconstruct(const LocalFrame& frame,
+                                               const std::array<std::int64_t, 3>& offsets) {
   std::array<std::int32_t, 3> result{};
-  const std::int64_t n = std::int64_t{residual[0]} * steps.normal;
-  const std::int64_t t1 = std::int64_t{residual[1]} * steps.tangential;
-  const std::int64_t t2 = std::int64_t{residual[2]} * steps.tangential;
   for (std::size_t k = 0; k < 3; ++k) {
-    const std::int64_t offset =
-        (n * frame.normal[k] + t1 * frame.tangent1[k] + t2 * frame.tangent2[k] + kCell / 2) >> kPositionBits;
+    const std::int64_t offset = (offsets[0] * frame.normal[k] + offsets[1] * frame.tangent1[k] +
+                                 offsets[2] * frame.tangent2[k] + kCell / 2) >>
+                                kPositionBits;
     result[k] = static_cast<std::int32_t>(std::clamp<std::int64_t>(frame.vertex[k] + offset, 0, kCell));
   }
   return result;
+}
+
+/// What the tangential elements of a residual stand for; 0 along the normal.
+inline std::array<std::int64_t, 3> tangentOffsets(const Residual& residual, const ResidualSteps& steps) {
+  return {0, std::int64_t{residual[1]} * steps.tangential, std::int64_t{residual[2]} * steps.tangential};
+}
+
+/// The vertex inside its cell that a residual stands for. |residual| <= 65535.
+inline std::array<std::int32_t, 3> reconstruct(const LocalFrame& frame, const Residual& residual,
+                                               const ResidualSteps& steps) {
+  std::array<std::int64_t, 3> offsets = tangentOffsets(residual, steps);
+  offsets[0] = std::int64_t{residual[0]} * steps.normal;
+  return reconstruct(frame, offsets);
 }
 
 /// The models of all residuals of a packet: by component and by the cell's eight signs.

@@ -50,7 +50,7 @@ UNFINISHED = re.compile(r"\b(TO" r"DO|FIX" r"ME|XX" r"X)\b")
 def project_files(root):
     """Every file of the project: the folders we know and the files at the root, without build products."""
     for entry in sorted(root.iterdir()):
-        if entry.is_file():
+        if entry.is_file() and entry.name != ".git":  # a file in a worktree
             yield entry
     for folder in SOURCE_FOLDERS + ["spec"]:
         for where, folders, names in os.walk(root / folder):

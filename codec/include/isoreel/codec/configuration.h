@@ -10,13 +10,16 @@ namespace isoreel {
 inline constexpr std::uint8_t kFormatVersion = 1;
 inline constexpr std::uint8_t kFormatMinor = 0;
 
+/// Flags of Configuration::tools.
+inline constexpr std::uint32_t kToolPrediction = 1;  // there may be P packets (spec codec 8)
+
 enum class Profile : std::uint8_t { kClassic = 0, kMain = 1 /* reserved */ };
 
 /// The configuration record (spec codec 2): what a decoder must know before the first packet.
 struct Configuration {
   Profile profile = Profile::kClassic;
   Inside inside = Inside::kAbove;
-  std::uint32_t tools = 0;  // one flag a coding tool; version 1 has none
+  std::uint32_t tools = 0;  // one flag a coding tool
   Grid grid;
   std::uint32_t step =
       kCell / 16;  // nominal normal step of the vertex residual, 1/16384 of a cell, 1 to 16384

@@ -22,8 +22,24 @@ enum class NonFinite {
   kOutside,  // they are outside, and the surface passes half-way between them and an inside neighbour
 };
 
+/// Which packets an encoder may write.
+enum class FrameTypes {
+  kIntra,  // I only
+  kAuto,   // P where it is smaller
+};
+
+/// How motion is searched for.
+struct MotionSettings {
+  std::uint32_t block_log2 = 3;  // of a block's side in cells, 2 to 5
+  std::uint32_t range = 8;   // of the coarse search, in cells each way around what neighbours say; 0: none
+  bool registration = true;  // refine by registration to the previous surface
+};
+
 struct EncoderSettings {
   Configuration configuration;
+  FrameTypes frame_types = FrameTypes::kIntra;
+  std::uint32_t gop = 12;  // frames from one I frame to the next, at most; 1 or more
+  MotionSettings motion;
   VertexPlacement placement = VertexPlacement::kQef;
   NonFinite non_finite = NonFinite::kRefuse;
   ParallelFor parallel = serialFor;
@@ -45,8 +61,9 @@ struct PacketSizes {
   std::uint64_t other = 0;  // header and configuration record
 };
 
-/// Turns volumes into packets, in the order given. One encoder per thread; encoders share nothing. The same
-/// volumes and settings give the same bytes, whatever `parallel` does.
+/// Turns volumes into packets, in the order given: GOPs are closed, and a P packet is predicted from the
+/// packet before it, as a decoder gets it. One encoder per thread; encoders share nothing. The same volumes
+/// and settings give the same bytes, whatever `parallel` does.
 class Encoder {
  public:
   /// Fails when the configuration breaks a rule of spec codec 2.
@@ -56,11 +73,13 @@ class Encoder {
   ~Encoder();
 
   /// Codes the isosurface of `volume`, whose grid must equal the configuration's in size (placement is not
-  /// compared). Memory beyond the volume: one bit per node and about 50 bytes per vertex. `sizes` may be
-  /// null.
+  /// compared). A P packet is written for a frame whose number follows that of the frame before, within the
+  /// GOP limit, when it is smaller than the I packet. Memory beyond the volume: one bit per node and about 50
+  /// bytes per vertex, 250 with prediction. `sizes` may be null.
   Result<Packet> encode(const Volume& volume, const FrameTiming& timing, PacketSizes* sizes = nullptr);
 
-  /// The configuration record that starts every I packet (also what a container stores).
+  /// The configuration record that starts every I packet (also what a container stores): the settings' with
+  /// the flags of the tools that packets may use.
   const Bytes& configurationRecord() const;
 
  private:

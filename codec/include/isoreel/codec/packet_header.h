@@ -11,7 +11,7 @@ namespace isoreel {
 enum class SectionKind : std::uint32_t {
   kSigns = 1,     // corner signs of one octree level
   kLeaves = 2,    // leaf bits of one octree level
-  kMotion = 3,    // reserved
+  kMotion = 3,    // prediction header and motion vectors
   kVertices = 4,  // vertex residuals
 };
 
@@ -26,7 +26,6 @@ struct PacketHeader {
   static constexpr const char* kName = "packet header";
   static constexpr const char* kSpec = "codec 3.1";
   static constexpr std::uint32_t kMaxSections = 256;
-  static constexpr std::uint32_t kMaxReferences = 4;
 
   PacketType type = PacketType::kIntra;
   std::uint64_t number = 0;
@@ -50,9 +49,10 @@ struct PacketHeader {
     v.signedVarint("time", time);
     v.varint("duration", duration);
     std::uint32_t count = static_cast<std::uint32_t>(references.size());
-    v.varint("reference count", count, 0, type == PacketType::kIntra ? 0 : kMaxReferences);
+    const std::uint64_t wanted = type == PacketType::kIntra ? 0 : 1;
+    v.varint("reference count", count, wanted, wanted);
     if (v.ok()) references.resize(count);
-    for (auto& back : references) v.varint("reference", back, 1);
+    for (auto& back : references) v.varint("reference", back, 1, number);
     v.f64("isovalue", isovalue);
     v.varint("step", step, 1, kCell);
     v.varint("tangential step", tangential_step, 1, kCell);

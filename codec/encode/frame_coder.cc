@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "encode/frame_coder.h"
+
+#include <cmath>
+
+#include "encode/prediction_fit.h"
+#include "extract/octree.h"
+#include "inter/vertex_stream.h"
+#include "intra/sign_tree.h"
+#include "motion/motion_search.h"
+
+namespace isoreel {
+namespace {
+
+/// Appends the stream that `write(coder)` makes to the payload, and its entry to the section table when it
+/// has any bytes.
+template <class Write>
+void addSection(CodedFrame& coded, SectionKind kind, std::uint32_t level, Write write) {
+  const std::size_t start = coded.payload.size();
+  RangePut coder(coded.payload);
+  write(coder);
+  coder.finish();
+  if (coded.payload.size() > start) {
+    coded.sections.push_back(
+        {static_cast<std::uint32_t>(kind), level, static_cast<std::uint32_t>(coded.payload.size() - start)});
+  }
+}
+
+/// Signs and leaf bits of every level, coarse to fine (spec codec 4). Ends where nothing is heterogeneous.
+Status writeSigns(const FrameInput& frame, CodedFrame& coded) {
+  const SparseOctree octree(frame.cells, octreeDepth(frame.grid));
+  SignTree<RangePut, OctreeTruth> tree(frame.grid, OctreeTruth(frame.bitmap, octree), frame.cells.size(),
+                                       coded.models.signs);
+  for (std::uint32_t level = 0; level <= tree.depth(); ++level) {
+    Bytes leaf_bytes;
+    RangePut leaves(leaf_bytes);
+    Status status;
+    addSection(coded, SectionKind::kSigns, level, [&](RangePut& signs) {
+      status = level == 0 ? tree.codeRoot(signs, leaves) : tree.codeLevel(level, signs, leaves);
+    });
+    ISOREEL_TRY(status);
+    leaves.finish();
+    if (!leaf_bytes.empty()) {
+      coded.sections.push_back({static_cast<std::uint32_t>(SectionKind::kLeaves), level,
+                                static_cast<std::uint32_t>(leaf_bytes.size())});
+      coded.payload.insert(coded.payload.end(), leaf_bytes.begin(), leaf_bytes.end());
+    }
+    if (tree.cells().empty()) break;
+  }
+  coded.sizes.signs = coded.payload.size();
+  return {};
+}
+
+/// Components of the extractor's vertex along the axes of its local frame, 1/16384 of a cell.
+std::array<double, 3> components(const std::array<std::int32_t, 3>& vertex, const LocalFrame& frame) {
+  std::array<double, 3> result{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double offset = static_cast<double>(vertex[k] - frame.vertex[k]) / kCell;
+    result[0] += offset * frame.normal[k];
+    result[1] += offset * frame.tangent1[k];
+    result[2] += offset * frame.tangent2[k];
+  }
+  return result;
+}
+
+std::int32_t rounded(double value, std::int32_t step) {
+  return static_cast<std::int32_t>(std::lround(value / step));
+}
+
+}  // namespace
+
+Result<CodedFrame> codeIntra(const FrameInput& frame) {
+  CodedFrame coded;
+  ISOREEL_TRY(writeSigns(frame, coded));
+  coded.decoded.resize(frame.cells.size());
+  addSection(coded, SectionKind::kVertices, 0, [&](RangePut& coder) {
+    for (std::size_t i = 0; i < frame.cells.size(); ++i) {
+      const LocalFrame& local = kLocalFrames[frame.cells[i].corners];
+      const std::array<double, 3> wanted = components(frame.vertices[i], local);
+      const Residual residual =
+          codeVertex(coder, coded.models.vertices, frame.cells[i].corners,
+                     {rounded(wanted[0], frame.steps.normal), rounded(wanted[1], frame.steps.tangential),
+                      rounded(wanted[2], frame.steps.tangential)});
+      coded.decoded[i] = reconstruct(local, residual, frame.steps);
+    }
+  });
+  coded.sizes.vertices = coded.payload.size() - coded.sizes.signs;
+  return coded;
+}
+
+Result<CodedFrame> codePredicted(const FrameInput& frame, const Reference& reference,
+                                 const MotionSettings& settings, const PacketModels& models) {
+  CodedFrame coded;
+  coded.models = models;
+  ISOREEL_TRY(writeSigns(frame, coded));
+
+  PredictionHeader header;
+  header.block_log2 = settings.block_log2;
+  MotionField motion;
+  motion.build(frame.cells, header.block_log2, header.vector_step);
+  std::vector<std::array<float, 3>> points(frame.cells.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Cell& cell = frame.cells[i];
+    const std::array<std::uint16_t, 3> corner{cell.x, cell.y, cell.z};
+    for (std::size_t k = 0; k < 3; ++k)
+      points[i][k] = static_cast<float>(corner[k]) + static_cast<float>(frame.vertices[i][k]) / kCell;
+  }
+  searchMotion(reference, points, settings, header.vector_step, motion);
+
+  std::vector<Residual> residuals(frame.cells.size());
+  std::vector<double> wanted(frame.cells.size());
+  for (std::size_t i = 0; i < residuals.size(); ++i) {
+    const auto along = components(frame.vertices[i], kLocalFrames[frame.cells[i].corners]);
+    wanted[i] = along[0];
+    residuals[i] = {0, rounded(along[1], frame.steps.tangential), rounded(along[2], frame.steps.tangential)};
+  }
+  const auto predictions = predictVertices(reference, motion, frame.cells, residuals, frame.steps);
+  fitPrediction(frame.cells, frame.index, predictions, frame.vertices, wanted, frame.steps.normal, header);
+
+  const std::size_t motion_start = coded.payload.size();
+  ISOREEL_TRY(writeSized(coded.payload, header));
+  const auto head = static_cast<std::uint32_t>(coded.payload.size() - motion_start);
+  Status status;
+  addSection(coded, SectionKind::kMotion, 0,
+             [&](RangePut& coder) { status = motion.code(coder, coded.models.motion); });
+  ISOREEL_TRY(status);
+  if (coded.payload.size() == motion_start + head)
+    coded.sections.push_back({static_cast<std::uint32_t>(SectionKind::kMotion), 0, 0});
+  coded.sections.back().bytes += head;
+  coded.sizes.motion = coded.sections.back().bytes;
+
+  coded.decoded.resize(frame.cells.size());
+  addSection(coded, SectionKind::kVertices, 0, [&](RangePut& coder) {
+    codeTangents(coder, coded.models.vertices, frame.cells, residuals);
+    codeNormals(
+        coder, coded.models, header, frame.cells, frame.index, residuals, predictions, frame.steps,
+        [&](std::uint32_t i, std::int32_t expected, bool predicted) {
+          return predicted ? quantisePredicted(wanted[i] - expected, frame.steps.normal)
+                           : rounded(wanted[i], frame.steps.normal);
+        },
+        coded.decoded);
+  });
+  coded.sizes.vertices = coded.payload.size() - coded.sizes.signs - coded.sizes.motion;
+  return coded;
+}
+
+}  // namespace isoreel

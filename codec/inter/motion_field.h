@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Motion of a P packet: a vector for each block of the current frame's active cells, from there to the
+// previous surface (spec codec 8.2 and 8.3; paper, sections 4.1, 4.2 and 4.4).
+#pragma once
+
+#include <isoreel/base/status.h>
+#include <isoreel/codec/grid.h>
+
+#include <span>
+#include <vector>
+
+#include "entropy/residual.h"
+#include "lattice/cell_index.h"
+
+namespace isoreel {
+
+/// In units of the packet's vector step.
+using MotionVector = std::array<std::int32_t, 3>;
+
+/// The active cells of one aligned cube: neighbours in Morton order.
+struct Block {
+  std::int32_t x = 0, y = 0, z = 0;  // cell coordinates / block size
+  std::uint32_t first = 0;           // place of its first cell
+  std::uint32_t count = 0;
+  bool moves = false;  // false: an I block, whose vertices are coded as in I packets
+  MotionVector vector{};
+};
+
+struct MotionModels {
+  std::array<BitModel, 4> moves;  // by the number of neighbours that move
+  std::array<std::array<ResidualModels, 4>, 3> difference;
+};
+
+class MotionField {
+ public:
+  static constexpr std::int32_t kMaxMotion = 64 * kCell;
+
+  /// Cuts `cells`, in Morton order, into blocks of 2^block_log2 cells a side that stand still.
+  /// `vector_step`: 1/16384 of a cell.
+  void build(std::span<const Cell> cells, std::uint32_t block_log2, std::uint32_t vector_step);
+
+  std::vector<Block>& blocks() { return blocks_; }
+  const std::vector<Block>& blocks() const { return blocks_; }
+
+  /// What the neighbours before it say of a block's vector, and how many of them move.
+  struct Expected {
+    MotionVector vector{};
+    std::size_t count = 0;
+  };
+  Expected expected(const Block& block) const;
+
+  /// Puts or gets whether each block moves, and how.
+  template <class Coder>
+  Status code(Coder& coder, MotionModels& models) {
+    const std::int32_t limit = kMaxMotion / static_cast<std::int32_t>(vector_step_);
+    for (Block& block : blocks_) {
+      const Expected from = expected(block);
+      block.moves = coder.code(models.moves[from.count], block.moves);
+      if (!block.moves) continue;
+      for (std::size_t k = 0; k < 3; ++k) {
+        block.vector[k] = from.vector[k] + codeResidual(coder, models.difference[k][from.count],
+                                                        block.vector[k] - from.vector[k]);
+        if (block.vector[k] < -limit || block.vector[k] > limit) {
+          return {ErrorCode::kBadData, "a motion vector of more than 64 cells (spec codec 8.2)"};
+        }
+      }
+    }
+    return {};
+  }
+
+  /// Vectors of the cells of one block: those of the eight nearest blocks that move, interpolated between
+  /// their centres.
+  class Interpolation {
+   public:
+    Interpolation(const MotionField& field, const Block& block);
+    /// In 1/16384 of a cell.
+    std::array<std::int32_t, 3> at(const Cell& cell) const;
+
+   private:
+    std::array<const Block*, 27> around_{};
+    std::int32_t side_, step_;
+  };
+
+ private:
+  const Block* find(std::int32_t x, std::int32_t y, std::int32_t z) const {
+    const std::uint32_t number = map_.find(x, y, z);
+    return number == BrickMap::kNone ? nullptr : &blocks_[number];
+  }
+
+  std::uint32_t block_log2_ = 3;
+  std::uint32_t vector_step_ = 1;
+  std::vector<Block> blocks_;
+  BrickMap map_;
+};
+
+}  // namespace isoreel

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "inter/prediction.h"
+#include "intra/sign_context.h"
+
+namespace isoreel {
+
+/// Everything that adapts while packets are coded. An I packet starts anew; a P packet goes on with what the
+/// packet before it left (spec codec 6.4).
+struct PacketModels {
+  SignTreeModels signs;
+  VertexModels vertices;
+  MotionModels motion;
+  InterModels predicted;
+
+  void reset() {
+    signs.reset();
+    vertices.reset();
+    motion = {};
+    predicted.reset();
+  }
+};
+
+}  // namespace isoreel

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "motion/distance_tree.h"
+
+#include <Eigen/Cholesky>
+#include <cmath>
+
+namespace isoreel {
+namespace {
+
+constexpr float kFar = 4;  // squared: beyond what the samples see
+constexpr int kTerms = 10, kSamples = 27;
+
+// Monomials of a quadratic: xx yy zz xy xz yz x y z 1.
+Eigen::Matrix<float, kTerms, 1> monomials(const Eigen::Vector3f& p) {
+  Eigen::Matrix<float, kTerms, 1> m;
+  m << p.x() * p.x(), p.y() * p.y(), p.z() * p.z(), p.x() * p.y(), p.x() * p.z(), p.y() * p.z(), p.x(), p.y(),
+      p.z(), 1;
+  return m;
+}
+
+Eigen::Vector3f samplePlace(int i) {
+  return Eigen::Vector3f(static_cast<float>(i % 3 - 1), static_cast<float>(i / 3 % 3 - 1),
+                         static_cast<float>(i / 9 - 1)) *
+         0.5f;
+}
+
+// From the 27 samples of a cell to the ten coefficients, the same for every cell.
+const Eigen::Matrix<float, kTerms, kSamples>& leastSquaresInverse() {
+  static const Eigen::Matrix<float, kTerms, kSamples> inverse = [] {
+    Eigen::Matrix<double, kSamples, kTerms> a;
+    for (int i = 0; i < kSamples; ++i) a.row(i) = monomials(samplePlace(i)).cast<double>().transpose();
+    const Eigen::Matrix<double, kTerms, kTerms> normal = a.transpose() * a;
+    return Eigen::Matrix<float, kTerms, kSamples>((normal.ldlt().solve(a.transpose())).cast<float>());
+  }();
+  return inverse;
+}
+
+// Squared distance of a point (d from a vertex, in cells) from the disc that a vertex stands for: its tangent
+// plane within the reach of its quads.
+float squaredDistance(const std::array<float, 3>& d, const std::array<float, 3>& normal) {
+  constexpr float kRadius = 0.7f;
+  const float square = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+  const float along = d[0] * normal[0] + d[1] * normal[1] + d[2] * normal[2];
+  const float across = square - along * along;
+  if (across <= kRadius * kRadius) return along * along;
+  const float beyond = std::sqrt(across) - kRadius;
+  return along * along + beyond * beyond;
+}
+
+}  // namespace
+
+float DistanceTree::sample(const std::array<std::int32_t, 3>& half_node) {
+  const std::uint32_t number = samples_.findOrAdd(half_node[0], half_node[1], half_node[2]);
+  if (number < squares_.size()) return squares_[number];
+  const std::array<float, 3> place{static_cast<float>(half_node[0]) / 2, static_cast<float>(half_node[1]) / 2,
+                                   static_cast<float>(half_node[2]) / 2};
+  float nearest = kFar;
+  neighbours_.forEach(half_node[0] >> 1, half_node[1] >> 1, half_node[2] >> 1, [&](std::uint32_t i) {
+    const auto vertex = reference_.position(i);
+    nearest =
+        std::min(nearest, squaredDistance({place[0] - vertex[0], place[1] - vertex[1], place[2] - vertex[2]},
+                                          reference_.normal(i)));
+  });
+  squares_.push_back(nearest);
+  return squares_.back();
+}
+
+const DistanceTree::Quadratic& DistanceTree::around(const Eigen::Vector3f& place, Eigen::Vector3f& inside) {
+  static const Quadratic nothing;
+  std::array<std::int32_t, 3> cell{};
+  for (int k = 0; k < 3; ++k) {
+    const float at = std::floor(place[k]);
+    if (!(at >= 0 && at < 65535)) return nothing;
+    cell[static_cast<std::size_t>(k)] = static_cast<std::int32_t>(at);
+    inside[k] = place[k] - at - 0.5f;
+  }
+  const std::uint32_t number = cells_.findOrAdd(cell[0], cell[1], cell[2]);
+  if (number < quadratics_.size()) return quadratics_[number];
+
+  Eigen::Matrix<float, kSamples, 1> samples;
+  for (int i = 0; i < kSamples; ++i) {
+    samples[i] = sample({2 * cell[0] + i % 3, 2 * cell[1] + i / 3 % 3, 2 * cell[2] + i / 9});
+  }
+  Quadratic fitted;
+  fitted.near = samples.maxCoeff() < kFar;
+  if (fitted.near) {
+    const Eigen::Matrix<float, kTerms, 1> c = leastSquaresInverse() * samples;
+    fitted.hessian << 2 * c[0], c[3], c[4], c[3], 2 * c[1], c[5], c[4], c[5], 2 * c[2];
+    fitted.gradient << c[6], c[7], c[8];
+    fitted.constant = c[9];
+  }
+  quadratics_.push_back(fitted);
+  return quadratics_.back();
+}
+
+}  // namespace isoreel
