@@ -26,16 +26,16 @@ Value choice(const std::string& option, const std::map<std::string, Value>& valu
   throw CLI::ValidationError(option, "'" + text + "' is not " + names);
 }
 
-/// Adds INPUT..., --grid and --nan.
+/// Adds INPUT... (or an option of another name that takes them, which may be left out), --grid and --nan.
 struct VolumeInput {
   std::vector<std::string> paths;
   io::VolumeOptions options;
   NonFinite non_finite = NonFinite::kRefuse;
 
-  void add(CLI::App& verb) {
-    verb.add_option("input", paths,
+  void add(CLI::App& verb, const std::string& name = "input") {
+    verb.add_option(name, paths,
                     "Volume files in order, a 4-D file, a folder, or a pattern such as frame_%04d.vdb")
-        ->required()
+        ->required(!name.starts_with('-'))
         ->default_str("");
     verb.add_option("--grid", options.grid,
                     "OpenVDB: the grid to read (default: the only one, or the only level set)");
