@@ -48,7 +48,8 @@ std::vector<float> meanCurvature(const Surface& surface) {
     double area = 0;
   };
   std::vector<Sums> sums(mesh.points.size());
-  for (const Triangle& t : mesh.triangles) {
+  for (std::size_t n = 0; n < mesh.triangles.size(); ++n) {
+    const Triangle& t = mesh.triangles[n];
     std::array<Vec3d, 3> p;
     for (std::size_t i = 0; i < 3; ++i) p[i] = toDouble(mesh.points[t[i]]);
     const Vec3d normal = cross(p[1] - p[0], p[2] - p[0]);  // length: twice the area
@@ -61,8 +62,8 @@ std::vector<float> meanCurvature(const Surface& surface) {
       sums[t[j]].laplacian = sums[t[j]].laplacian + along;
       sums[t[k]].laplacian = sums[t[k]].laplacian - along;
       sums[t[i]].normal = sums[t[i]].normal + normal;
-      sums[t[i]].area += twice / 6;
     }
+    for (const std::uint32_t corner : surface.quads[n / 2]) sums[corner].area += twice / 8;
   }
   const std::vector<bool> border = borderVertices(surface);
   // The sum is 2 * area * the mean curvature's vector, twice over, and points inwards where convex.

@@ -239,8 +239,9 @@ class Renderer {
   }
 
   Vec3d colour(const Sample& sample, double row_height, std::uint32_t rays, Pattern pattern) const {
-    return sample.hit ? surfaceColour(sample, rays, pattern)
-                      : groundColour(sample.direction, 1 - sample.y * row_height, rays, pattern);
+    return sample.hit
+               ? surfaceColour(sample, rays, pattern)
+               : groundColour(sample.direction, 1 - (std::floor(sample.y) + 0.5) * row_height, rays, pattern);
   }
 
   Vec3d normalAt(const Hit& hit, const Vec3d& direction) const {
@@ -301,7 +302,7 @@ class Renderer {
     if (!(direction[2] < 0 && t > 0)) return colour;
     const Vec3d p = view_.eye() + direction * t;
     if (length(p) > 1 + kGroundReach) return colour;  // nothing of the frame is near
-    return colour * (0.4 + 0.6 * openSky(p, {0, 0, 1}, kGroundReach, rays, pattern));
+    return colour * (0.4 + 0.6 * openSky(p, {0, 0, 1}, kGroundReach, 2 * rays, pattern));
   }
 
   const Surface& surface_;

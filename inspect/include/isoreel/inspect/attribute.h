@@ -30,9 +30,10 @@ struct Attribute {
 std::array<std::uint8_t, 3> colourOf(const ColourScale& scale, double value);
 
 /// Mean curvature of each vertex in 1/cells, in grid space: half the divergence of the normal, above 0 where
-/// the surface is convex seen from outside (a ball of radius r cells has 1/r). By the cotangent formula over
-/// a third of the triangles' area (Desbrun et al., Implicit Fairing, 1999). 0 for a vertex without a triangle
-/// and at the surface's open border.
+/// the surface is convex seen from outside (a ball of radius r cells has 1/r). By the cotangent formula
+/// (Desbrun et al., Implicit Fairing, 1999) over a quarter of the area of the vertex's quads, so that it does
+/// not depend on which diagonal splits them. 0 for a vertex without a triangle and at the surface's open
+/// border.
 std::vector<float> meanCurvature(const Surface& surface);
 
 /// Exact distance of each vertex to the nearest point of `reference`, in cells; 0 when `reference` has no
