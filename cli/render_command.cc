@@ -1,49 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <fmt/format.h>
-#include <isoreel/codec/player.h>
-#include <isoreel/inspect/render.h>
+#include <isoreel/inspect/movie.h>
 
 #include <cmath>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "command.h"
-#include "input.h"
-#include "options.h"
 #include "output.h"
 #include "parallel.h"
 #include "progress.h"
+#include "render_scene.h"
 
 namespace isoreel::cli {
 namespace {
-
-struct RenderOptions {
-  std::string input;
-  std::string output;
-  std::string frames;
-  std::string size;
-  std::string camera = "35,25";
-  double zoom = 1;
-  std::size_t tiles = 12;
-  bool facets = false;
-  int jobs = 0;
-  bool force = false;
-};
-
-/// The box of all chosen frames in the world, from their headers: one camera for the whole sequence.
-inspect::Box sequenceBox(const Input& input, const FrameRange& range) {
-  inspect::Box box;
-  for (std::uint64_t i = range.begin; i < range.end; ++i) {
-    const FrameHeader& header = input.packets->header(i);
-    if (header.faces == 0) continue;
-    for (std::size_t c = 0; c < 8; ++c) {
-      Vec3d cells{};
-      for (std::size_t axis = 0; axis < 3; ++axis)
-        cells[axis] = (c >> axis & 1 ? header.box_max : header.box_min)[axis] / double{kCell};
-      box.add(input.configuration.grid.world(cells));
-    }
-  }
-  return box;
-}
 
 /// The frames of a contact sheet: all, or `tiles` of them evenly spread, first and last among them.
 std::vector<std::uint64_t> tileFrames(const FrameRange& range, std::size_t tiles) {
@@ -56,101 +26,156 @@ std::vector<std::uint64_t> tileFrames(const FrameRange& range, std::size_t tiles
   return frames;
 }
 
-inspect::RenderSettings settingsOf(const RenderOptions& options, bool sheet) {
-  inspect::RenderSettings settings;
-  settings.smooth = !options.facets;
-  const std::string size = options.size.empty() ? (sheet ? "480x360" : "1280x960") : options.size;
-  int width = 0, height = 0;
-  char rest = 0;
-  if (std::sscanf(size.c_str(), "%dx%d%c", &width, &height, &rest) != 2 || width < 16 || height < 16 ||
-      width > 16384 || height > 16384) {
-    throw CLI::ValidationError("--size", fmt::format("'{}' is not WIDTHxHEIGHT from 16 to 16384", size));
+/// When each frame is shown, from the start of the first.
+class Schedule {
+ public:
+  Schedule(const RenderOptions& options, const Input& input, const FrameRange& range) : range_(range) {
+    times_.base = input.configuration.time_base;
+    if (!options.fps.empty()) times_ = constantRate(options.fps, static_cast<std::size_t>(range.size()));
+    for (std::uint64_t i = range.begin; options.fps.empty() && i < range.end; ++i) {
+      times_.times.push_back(input.packets->header(i).time);
+      times_.durations.push_back(input.packets->header(i).duration);
+    }
   }
-  settings.width = width;
-  settings.height = height;
-  const std::vector<double> angles = parseNumbers("--camera", options.camera);
-  if (angles.size() != 2)
-    throw CLI::ValidationError("--camera",
-                               fmt::format("'{}' is not AZIMUTH,ELEVATION in degrees", options.camera));
-  settings.camera.azimuth = angles[0];
-  settings.camera.elevation = angles[1];
-  settings.camera.zoom = options.zoom;
-  return settings;
-}
+  TimeBase base() const { return times_.base; }
+  std::int64_t time(std::uint64_t position) const { return times_.times[index(position)]; }
+  std::uint64_t duration(std::uint64_t position) const { return times_.durations[index(position)]; }
+  /// Of the whole: 0 for the first frame, and below 1 for the last, so that a full turn closes.
+  double part(std::uint64_t position) const {
+    const double whole = since(times_.times.back()) + static_cast<double>(times_.durations.back());
+    return whole > 0 ? since(time(position)) / whole : 0;
+  }
+
+ private:
+  std::size_t index(std::uint64_t position) const {
+    return static_cast<std::size_t>(position - range_.begin);
+  }
+  double since(std::int64_t time) const {
+    return static_cast<double>(time) - static_cast<double>(times_.times.front());
+  }
+
+  FrameRange range_;
+  FrameTimes times_;
+};
+
+/// Where pictures go, in the order of their frames.
+class Output {
+ public:
+  Output(const RenderOptions& options, Product product, const Input& input, const Schedule& schedule)
+      : options_(options), product_(product), input_(input), schedule_(schedule) {}
+
+  Status add(std::uint64_t position, inspect::Image image) {
+    const FrameHeader& header = input_.packets->header(position);
+    switch (product_) {
+      case Product::kPicture:
+      case Product::kPictures: {
+        const std::string path = frameName(options_.output, header.number);
+        ISOREEL_TRY(mayWrite(path, options_.force));
+        return inspect::writePng(image, path);
+      }
+      case Product::kSheet:
+        images_.push_back(std::move(image));
+        captions_.push_back(fmt::format("frame {}   {:.4g} s   {} vertices", header.number,
+                                        input_.configuration.time_base.seconds(header.time),
+                                        header.vertices));
+        return {};
+      case Product::kMovie:
+        break;
+    }
+    if (!movie_) {
+      ISOREEL_ASSIGN(
+          inspect::MovieWriter movie,
+          inspect::MovieWriter::create(options_.output, image.width, image.height, schedule_.base()));
+      movie_ = std::make_unique<inspect::MovieWriter>(std::move(movie));
+    }
+    return movie_->add(image, schedule_.time(position), schedule_.duration(position));
+  }
+
+  Status finish() {
+    if (movie_) return movie_->finish();
+    if (product_ != Product::kSheet) return {};
+    const int columns = static_cast<int>(std::ceil(std::sqrt(static_cast<double>(images_.size()))));
+    return inspect::writePng(inspect::contactSheet(images_, captions_, columns), options_.output);
+  }
+
+ private:
+  const RenderOptions& options_;
+  const Product product_;
+  const Input& input_;
+  const Schedule& schedule_;
+  std::vector<inspect::Image> images_;
+  std::vector<std::string> captions_;
+  std::unique_ptr<inspect::MovieWriter> movie_;
+};
+
+struct Job {
+  std::uint64_t position = 0;
+  Scene::Item item;
+};
 
 Status render(const RenderOptions& options) {
-  ISOREEL_ASSIGN(const Input input, openInput(options.input));
-  warnOfDamage(input.info, options.input);
-  if (input.packets->frameCount() == 0) return {ErrorCode::kNotFound, options.input + ": holds no frame"};
+  const Stopwatch watch;
+  ISOREEL_ASSIGN(Scene scene, Scene::open(options));
+  const Input& input = scene.input();
   const FrameRange range = parseFrames(options.frames, input.packets->frameCount());
-  const bool numbered = countsFrames(options.output);
-  if (CLI::detail::to_lower(std::filesystem::path(options.output).extension().string()) != ".png") {
-    throw CLI::ValidationError("--output", fmt::format("'{}' does not end in .png", options.output));
-  }
-  const bool sheet = !numbered && range.size() > 1;
-  inspect::RenderSettings settings = settingsOf(options, sheet);
-  settings.frame = sequenceBox(input, range);
+  const Product product = productOf(options, range.size());
+  ISOREEL_TRY(scene.prepare(range, product));
+  const Schedule schedule(options, input, range);
   std::error_code ignored;
   if (const std::filesystem::path folder = std::filesystem::path(options.output).parent_path();
       !folder.empty()) {
     std::filesystem::create_directories(folder, ignored);
   }
-  std::vector<std::uint64_t> frames;
-  if (sheet) {
-    frames = tileFrames(range, options.tiles);
-  } else {
-    for (std::uint64_t i = range.begin; i < range.end; ++i) frames.push_back(i);
-  }
-  if (!numbered) ISOREEL_TRY(mayWrite(options.output, options.force));
+  if (product != Product::kPictures) ISOREEL_TRY(mayWrite(options.output, options.force));
+  const std::vector<std::uint64_t> frames =
+      tileFrames(range, product == Product::kSheet ? options.tiles : static_cast<std::size_t>(range.size()));
 
   const ThreadLimit limit(options.jobs);
-  Player player(*input.packets);
   Progress progress("render", frames.size());
-  std::vector<inspect::Image> images;
-  std::vector<std::string> captions;
-  for (const std::uint64_t position : frames) {
-    if (interrupted) return {ErrorCode::kIo, "interrupted"};
-    Result<Surface> surface = player.frame(position);
-    if (!surface) return named(surface.status(), options.input);
-    inspect::Image image = inspect::render(*surface, settings, parallelFor);
-    const FrameHeader& header = input.packets->header(position);
-    if (sheet) {
-      images.push_back(std::move(image));
-      captions.push_back(fmt::format("frame {}   {:.4g} s   {} vertices", header.number,
-                                     input.configuration.time_base.seconds(header.time), header.vertices));
-    } else {
-      const std::string path = frameName(options.output, header.number);
-      ISOREEL_TRY(mayWrite(path, options.force));
-      ISOREEL_TRY(inspect::writePng(image, path));
-    }
+  Output output(options, product, input, schedule);
+  std::size_t next = 0;
+  int width = 0, height = 0;
+  const auto read = [&](Job& job) -> Result<bool> {
+    if (next == frames.size()) return false;
+    job.position = frames[next++];
+    job.item.turn = schedule.part(job.position);
+    ISOREEL_TRY(scene.read(job.position, job.item));
+    return true;
+  };
+  const auto work = [&](Job& job) -> Status {
+    scene.draw(job.item);
+    return {};
+  };
+  const auto write = [&](Job& job) -> Status {
+    width = job.item.image.width;
+    height = job.item.image.height;
     progress.advance();
+    return output.add(job.position, std::move(job.item.image));
+  };
+  ISOREEL_TRY(forEachFrame<Job>(options.jobs, read, work, write));
+  progress.clear();
+  if (interrupted) return {ErrorCode::kIo, "interrupted"};
+  ISOREEL_TRY(output.finish());
+  if (options.json) {
+    fmt::print(
+        "{}\n",
+        nlohmann::ordered_json{
+            {"frames", frames.size()}, {"width", width}, {"height", height}, {"seconds", watch.seconds()}}
+            .dump());
+  } else {
+    fmt::print("{}: {}, {} x {} pixels each, in {:.2f} s\n", options.output,
+               counted(frames.size(), "picture"), width, height, watch.seconds());
   }
-  if (!sheet) return {};
-  const int columns = static_cast<int>(std::ceil(std::sqrt(static_cast<double>(images.size()))));
-  return inspect::writePng(inspect::contactSheet(images, captions, columns), options.output);
+  return {};
 }
 
 }  // namespace
 
 void addRenderCommand(CLI::App& app, Action& chosen) {
-  CLI::App* verb = app.add_subcommand("render", "A picture of a frame, pictures of all, or a contact sheet");
+  CLI::App* verb =
+      app.add_subcommand("render", "A picture of a frame, pictures of all, a contact sheet or a movie");
   const auto options = std::make_shared<RenderOptions>();
-  verb->add_option("input", options->input, "The .isr file; - for standard input")->required();
-  verb->add_option("-o,--output", options->output,
-                   "PNG file: one frame's picture, a contact sheet of several, or with %05d one a frame")
-      ->required();
-  verb->add_option("--frames", options->frames,
-                   "Only the frames A:B (half-open), A:, :B or A (default: all)");
-  verb->add_option("--size", options->size,
-                   "WIDTHxHEIGHT in pixels, of each picture (default: 1280x960; in a contact sheet 480x360)");
-  verb->add_option("--camera", options->camera,
-                   "AZIMUTH,ELEVATION in degrees, around the z axis and above the horizon");
-  verb->add_option("--zoom", options->zoom, "1 fits the whole sequence")->check(CLI::Range(0.01, 100.0));
-  verb->add_option("--tiles", options->tiles, "Pictures in a contact sheet, at most")
-      ->check(CLI::Range(1, 400));
-  verb->add_flag("--facets", options->facets, "Flat triangles instead of smooth shading");
-  verb->add_option("--jobs", options->jobs, "Threads; 0: one a core")->check(CLI::Range(0, 256));
-  verb->add_flag("--force", options->force, "Replace pictures that are there already");
+  addOptions(*verb, *options);
   verb->callback([options, &chosen] { chosen = [options] { return render(*options); }; });
 }
 

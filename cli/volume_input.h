@@ -26,20 +26,20 @@ Value choice(const std::string& option, const std::map<std::string, Value>& valu
   throw CLI::ValidationError(option, "'" + text + "' is not " + names);
 }
 
-/// Adds INPUT..., --array and --nan.
+/// Adds INPUT... (or an option of another name that takes them, which may be left out), --array and --nan.
 struct VolumeInput {
   std::vector<std::string> paths;
   io::VolumeOptions options;
   NonFinite non_finite = NonFinite::kRefuse;
 
-  void add(CLI::App& verb) {
+  void add(CLI::App& verb, const std::string& name = "input") {
     std::string formats;
     for (const std::string& format : io::volumeFormats()) formats += (formats.empty() ? "" : ", ") + format;
-    verb.add_option("input", paths,
+    verb.add_option(name, paths,
                     "Volume files in order, a 4-D file, a folder, or a pattern such as frame_%04d.vdb or "
                     "'frame_*.vdb'; formats: " +
                         formats)
-        ->required()
+        ->required(!name.starts_with('-'))
         ->default_str("");
     verb.add_option("--array,--grid", options.array,
                     "The array (VTI) or grid (OpenVDB) to read in files that hold several (default: the only "

@@ -1,23 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <cairo/cairo.h>
 #include <isoreel/inspect/render.h>
 
 #include <algorithm>
-#include <memory>
 
-#if defined(__SANITIZE_ADDRESS__)
-#define ISOREEL_LEAK_CHECK
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer)
-#define ISOREEL_LEAK_CHECK
-#endif
-#endif
-#ifdef ISOREEL_LEAK_CHECK
-// fontconfig keeps what it found in pointers that are stored as offsets, where the leak check does not see
-// them.
-// NOLINTNEXTLINE: the sanitizer gives this its name
-extern "C" const char* __lsan_default_suppressions() { return "leak:libfontconfig"; }
-#endif
+#include "src/canvas.h"
 
 namespace isoreel::inspect {
 namespace {
@@ -46,29 +32,14 @@ void paste(const Image& tile, int x, int y, Image& sheet) {
   }
 }
 
-struct CairoRelease {
-  void operator()(cairo_surface_t* surface) const { cairo_surface_destroy(surface); }
-  void operator()(cairo_t* context) const { cairo_destroy(context); }
-};
-
 /// One line of text in the middle of a strip, in smaller letters if it would not fit. Text that is not UTF-8,
 /// or a machine without fonts, leaves the strip empty.
 Image captionStrip(const std::string& text, int width, int height) {
-  const std::unique_ptr<cairo_surface_t, CairoRelease> surface(
-      cairo_image_surface_create(CAIRO_FORMAT_RGB24, width, height));
-  const std::unique_ptr<cairo_t, CairoRelease> context(cairo_create(surface.get()));
-  cairo_t* cairo = context.get();
+  Canvas canvas(width, height);
+  cairo_t* cairo = canvas.cairo();
   cairo_set_source_rgb(cairo, kPaper / 255.0, kPaper / 255.0, kPaper / 255.0);
   cairo_paint(cairo);
   cairo_set_source_rgb(cairo, kInk, kInk, kInk);
-  cairo_select_font_face(cairo, "sans", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
-  // Grey, unhinted letters look the same whatever the machine's font settings are.
-  cairo_font_options_t* options = cairo_font_options_create();
-  cairo_font_options_set_antialias(options, CAIRO_ANTIALIAS_GRAY);
-  cairo_font_options_set_hint_style(options, CAIRO_HINT_STYLE_NONE);
-  cairo_font_options_set_hint_metrics(options, CAIRO_HINT_METRICS_OFF);
-  cairo_set_font_options(cairo, options);
-  cairo_font_options_destroy(options);
 
   double size = 0.62 * height;
   cairo_text_extents_t extents;
@@ -81,20 +52,9 @@ Image captionStrip(const std::string& text, int width, int height) {
   }
   cairo_move_to(cairo, (width - extents.x_advance) / 2, height / 2.0 + 0.36 * size);
   cairo_show_text(cairo, text.c_str());
-  cairo_surface_flush(surface.get());
 
   Image strip = blank(width, height);
-  const unsigned char* data = cairo_image_surface_get_data(surface.get());
-  if (data == nullptr || cairo_status(cairo) != CAIRO_STATUS_SUCCESS) return strip;
-  const int stride = cairo_image_surface_get_stride(surface.get());
-  for (int y = 0; y < height; ++y) {
-    const auto* row = reinterpret_cast<const std::uint32_t*>(data + static_cast<std::ptrdiff_t>(y) * stride);
-    std::uint8_t* out = &strip.pixels[offset(strip, 0, y)];
-    for (int x = 0; x < width; ++x, out += 4) {
-      for (int channel = 0; channel < 3; ++channel)
-        out[channel] = static_cast<std::uint8_t>(row[x] >> (16 - 8 * channel));
-    }
-  }
+  canvas.copyTo(strip, 0, 0);
   return strip;
 }
 

@@ -33,6 +33,8 @@ Vec3d environment(const Vec3d& direction) {
 
 }  // namespace
 
+Vec3d materialColour(bool inner) { return inner ? kInner : kWater; }
+
 Lights::Lights(const View& view)
     : key_(normalized(view.right() * -0.72 + view.ahead() * -0.28 + Vec3d{0, 0, 0.60})),
       fill_(normalized(view.right() * 0.85 + view.ahead() * -0.5 + Vec3d{0, 0, 0.3})),
@@ -40,7 +42,6 @@ Lights::Lights(const View& view)
 
 Vec3d Lights::shade(const Spot& spot) const {
   const Vec3d& n = spot.normal;
-  const Vec3d colour = spot.inner ? kInner : kWater;
   const auto facing = [&](const Vec3d& light) { return std::max(0.0, dot(n, light)); };
   const auto glint = [&](const Vec3d& light, double sharpness) {
     return std::pow(std::max(0.0, dot(n, normalized(light + spot.to_viewer))), sharpness);
@@ -49,7 +50,7 @@ Vec3d Lights::shade(const Spot& spot) const {
   const Vec3d sky = mix(kFloor, mix(kHorizon, kZenith, 0.6), 0.5 + 0.5 * n[2]) * spot.sky;
   const Vec3d diffuse =
       kKeyColour * (facing(key_) * spot.key) + kFillColour * (facing(fill_) * spot.sky) + sky * 0.75;
-  Vec3d light = colour * diffuse;
+  Vec3d light = spot.colour * diffuse;
 
   // Steeper than water's own curve would be, which shows ripples sooner.
   const double grazing = std::pow(1 - std::clamp(dot(n, spot.to_viewer), 0.0, 1.0), 3.5);
@@ -82,6 +83,11 @@ std::uint8_t encodeSrgb(double linear) {
   const double c = std::clamp(linear, 0.0, 1.0);
   const double encoded = c <= 0.0031308 ? 12.92 * c : 1.055 * std::pow(c, 1 / 2.4) - 0.055;
   return static_cast<std::uint8_t>(std::lround(encoded * 255));
+}
+
+double decodeSrgb(std::uint8_t encoded) {
+  const double c = encoded / 255.0;
+  return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
 }
 
 }  // namespace isoreel::inspect

@@ -10,10 +10,14 @@ namespace isoreel::inspect {
 struct Spot {
   Vec3d normal;  // on the viewer's side
   Vec3d to_viewer;
-  bool inner;  // the viewer sees the surface from inside
-  double sky;  // how much of the hemisphere above it is open, 0 to 1
-  double key;  // how much of the key light arrives, 0 to 1
+  Vec3d colour;  // of the material
+  bool inner;    // the viewer sees the surface from inside
+  double sky;    // how much of the hemisphere above it is open, 0 to 1
+  double key;    // how much of the key light arrives, 0 to 1
 };
+
+/// Of a surface that no attribute colours, from outside and from inside.
+Vec3d materialColour(bool inner);
 
 /// Three lights that go with the camera: key from the upper left, fill from the right, rim from behind; and a
 /// sky.
@@ -32,7 +36,8 @@ class Lights {
 Vec3d backdrop(double height);
 /// Brings any brightness into 0 to 1, mid-tones unchanged.
 Vec3d tone(const Vec3d& colour);
-/// sRGB in eight bits, of 0 to 1.
+/// sRGB in eight bits, of 0 to 1, and back.
 std::uint8_t encodeSrgb(double linear);
+double decodeSrgb(std::uint8_t encoded);
 
 }  // namespace isoreel::inspect

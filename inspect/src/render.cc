@@ -12,12 +12,17 @@
 namespace isoreel::inspect {
 namespace {
 
-constexpr std::uint32_t kSkyRays = 8;  // per ray of the picture
-constexpr double kSkyReach = 0.45;     // farther things do not darken, in half diagonals of the frame
+constexpr std::uint32_t kSkyRays = 8;       // per ray of a pixel that has an edge in it
+constexpr std::uint32_t kCalmSkyRays = 14;  // for a pixel without
+constexpr double kSkyReach = 0.45;          // farther things do not darken, in half diagonals of the frame
 constexpr double kGroundReach = 0.6;
 constexpr double kOffset = 2e-4;       // how far from the surface secondary rays start
 constexpr double kKeySpread = 0.045;   // of the key light's direction, for soft shadows
 constexpr double kLeastFacing = 0.08;  // cosine between a normal and the direction to the viewer
+constexpr double kCalm = 0.97;         // cosine between normals within a pixel that count as one
+constexpr double kLineWidth = 1.1;     // pixels
+constexpr double kLineStrength = 0.8;
+constexpr Vec3d kLineColour{0.012, 0.014, 0.018};
 constexpr double kGoldenTurn = 0.6180339887498949;
 
 /// Where the secondary rays of one ray of a pixel go: well-mixed numbers for the pixel, and the ray's share
@@ -28,7 +33,11 @@ class Pattern {
       : state_(x * 0x8da6b343u ^ y * 0xd8163841u),
         ray_(ray),
         rays_(rays),
-        dither_(std::fmod(52.9829189 * std::fmod(0.06711056 * x + 0.00583715 * y, 1.0), 1.0)) {}
+        dither_(fraction(52.9829189 * fraction(0.06711056 * x + 0.00583715 * y))),
+        cosine_(std::cos(dither_ * 2 * std::numbers::pi)),
+        sine_(std::sin(dither_ * 2 * std::numbers::pi)) {}
+
+  static double fraction(double x) { return x - std::floor(x); }
 
   /// 0 to below 1, another one each time.
   double random() {
@@ -42,16 +51,40 @@ class Pattern {
   /// Number of this ray's point `i` of `count` in a sequence of count * rays.
   std::uint32_t index(std::uint32_t i) const { return i * rays_ + ray_; }
   std::uint32_t rays() const { return rays_; }
+  /// Turn `point` of a spiral by the golden angle, as a unit vector, turned by the pixel's dither.
+  std::array<double, 2> spiral(std::uint32_t point) const {
+    static const std::vector<std::array<double, 2>> turns = [] {
+      std::vector<std::array<double, 2>> result;
+      for (std::uint32_t i = 0; i < 1024; ++i) {
+        const double phi = i * kGoldenTurn * 2 * std::numbers::pi;
+        result.push_back({std::cos(phi), std::sin(phi)});
+      }
+      return result;
+    }();
+    const auto& [c, s] = turns[point % turns.size()];
+    return {c * cosine_ - s * sine_, s * cosine_ + c * sine_};
+  }
 
  private:
   std::uint32_t state_, ray_, rays_;
-  double dither_;
+  double dither_, cosine_, sine_;
 };
 
-Vec3d aroundAxis(const Vec3d& axis, double x, double y, double z) {
-  const Vec3d side = std::abs(axis[0]) > 0.7 ? Vec3d{0, 1, 0} : Vec3d{1, 0, 0};
-  const Vec3d u = normalized(cross(side, axis));
-  return u * x + cross(axis, u) * y + axis * z;
+/// Directions around an axis.
+struct Around {
+  explicit Around(const Vec3d& a)
+      : axis(a),
+        u(normalized(cross(std::abs(a[0]) > 0.7 ? Vec3d{0, 1, 0} : Vec3d{1, 0, 0}, a))),
+        v(cross(a, u)) {}
+  Vec3d operator()(double x, double y, double z) const { return u * x + v * y + axis * z; }
+  Vec3d axis, u, v;
+};
+
+double toSegment(const Vec3d& p, const Vec3d& a, const Vec3d& b) {
+  const Vec3d ab = b - a;
+  const double whole = dot(ab, ab);
+  const double t = whole > 0 ? std::clamp(dot(p - a, ab) / whole, 0.0, 1.0) : 0;
+  return length(p - a - ab * t);
 }
 
 struct Hit {
@@ -82,33 +115,76 @@ void keepFirst(const RTCFilterFunctionNArguments* arguments) {
 class Renderer {
  public:
   Renderer(const Surface& surface, const RenderSettings& settings, const View& view)
-      : settings_(settings),
+      : surface_(surface),
+        settings_(settings),
         view_(view),
         lights_(view),
+        around_key_(lights_.key()),
+        side_(static_cast<std::uint32_t>(
+            std::clamp(std::lround(std::sqrt(std::max(settings.samples, 1))), 1l, 8l))),
         triangles_(surface.triangles()),
         scene_(points(surface, view), triangles_, nullptr, keepFirst) {
     if (settings.smooth) normals_ = surface.normals();
+    if (settings.attribute.values.size() != surface.vertices.size()) return;
+    for (const float value : settings.attribute.values) {
+      Vec3d colour;
+      const auto encoded = colourOf(settings.attribute.scale, static_cast<double>(value));
+      for (std::size_t i = 0; i < 3; ++i) colour[i] = decodeSrgb(encoded[i]);
+      colours_.push_back(colour);
+    }
   }
 
   void row(std::size_t y, Image& image) const {
     std::uint8_t* out = &image.pixels[y * static_cast<std::size_t>(image.width) * 4];
-    const auto side = static_cast<std::uint32_t>(
-        std::clamp(std::lround(std::sqrt(std::max(settings_.samples, 1))), 1l, 64l));
     for (std::uint32_t x = 0; x < static_cast<std::uint32_t>(image.width); ++x) {
-      Vec3d sum{0, 0, 0};
-      for (std::uint32_t s = 0; s < side * side; ++s) {
-        const std::uint32_t column = s % side, line = s / side;
-        const double px = x + (column + 0.5) / side;
-        const double py = static_cast<double>(y) + (line + 0.5) / side;
-        Pattern pattern(x, static_cast<std::uint32_t>(y), s, side * side);
-        sum = sum + tone(colour(px, py, 1 - py / image.height, pattern));
-      }
-      for (std::size_t i = 0; i < 3; ++i) *out++ = encodeSrgb(sum[i] / (side * side));
+      const Vec3d colour = pixel(x, static_cast<std::uint32_t>(y), 1.0 / image.height);
+      for (std::size_t i = 0; i < 3; ++i) *out++ = encodeSrgb(colour[i]);
       *out++ = 255;
     }
   }
 
  private:
+  struct Sample {
+    double x, y;
+    Vec3d direction;
+    std::optional<Hit> hit;
+    Vec3d normal;  // on the viewer's side
+  };
+
+  // Every pixel looks where its rays arrive; only one that has an edge in it is lit more than once.
+  Vec3d pixel(std::uint32_t x, std::uint32_t y, double row_height) const {
+    std::array<Sample, 64> samples;
+    const std::uint32_t count = side_ * side_;
+    bool calm = true;
+    for (std::uint32_t s = 0; s < count; ++s) {
+      Sample& sample = samples[s];
+      sample.x = x + (s % side_ + 0.5) / side_;
+      sample.y = y + (s / side_ + 0.5) / side_;
+      sample.direction = view_.ray(sample.x, sample.y);
+      sample.hit = firstHit(view_.eye(), sample.direction);
+      if (sample.hit) sample.normal = normalAt(*sample.hit, sample.direction);
+      calm = calm && alike(samples[0], sample);
+    }
+    if (calm) {
+      // Which of the rays stands for all changes from pixel to pixel, or edges would shift to one side.
+      const Pattern pattern(x, y, 0, 1);
+      return tone(colour(samples[static_cast<std::uint32_t>(pattern.dither() * count)], row_height,
+                         kCalmSkyRays, pattern));
+    }
+    Vec3d sum{0, 0, 0};
+    for (std::uint32_t s = 0; s < count; ++s)
+      sum = sum + tone(colour(samples[s], row_height, kSkyRays, Pattern(x, y, s, count)));
+    return sum * (1.0 / count);
+  }
+
+  static bool alike(const Sample& a, const Sample& b) {
+    if (!a.hit || !b.hit) return a.hit.has_value() == b.hit.has_value();
+    const Vec3d apart = b.direction * b.hit->distance - a.direction * a.hit->distance;
+    return dot(a.normal, b.normal) > kCalm &&
+           dot(a.hit->facet, a.direction) * dot(b.hit->facet, b.direction) > 0 &&
+           std::abs(dot(apart, a.normal)) < 0.003 * a.hit->distance;
+  }
+
   static std::vector<std::array<float, 3>> points(const Surface& surface, const View& view) {
     std::vector<std::array<float, 3>> result;
     result.reserve(surface.vertices.size());
@@ -145,66 +221,99 @@ class Renderer {
 
   // The open part of the hemisphere around `normal`: cosine-distributed rays on a spiral, turned for each
   // place. What blocks from afar counts less.
-  double openSky(const Vec3d& from, const Vec3d& normal, double reach, Pattern& pattern) const {
-    const double turn = pattern.dither(), shift = pattern.random(), scale = pattern.random();
+  double openSky(const Vec3d& from, const Vec3d& normal, double reach, std::uint32_t rays,
+                 Pattern& pattern) const {
+    const Around around(normal);
+    const double shift = pattern.random(), scale = pattern.random();
     std::uint32_t open = 0;
-    for (std::uint32_t i = 0; i < kSkyRays; ++i) {
+    for (std::uint32_t i = 0; i < rays; ++i) {
       const std::uint32_t point = pattern.index(i);
-      const double r = std::sqrt((point + shift) / (kSkyRays * pattern.rays()));
-      const double phi = (turn + point * kGoldenTurn) * 2 * std::numbers::pi;
-      const double far = std::fmod(scale + point * 0.7548776662466927, 1.0);
-      const Vec3d direction =
-          aroundAxis(normal, r * std::cos(phi), r * std::sin(phi), std::sqrt(std::max(0.0, 1 - r * r)));
-      open += !blocked(from, direction, reach * (0.15 + 0.85 * far));
+      const double squared = (point + shift) / (rays * pattern.rays());
+      const double r = std::sqrt(squared);
+      const auto [c, s] = pattern.spiral(point);
+      const double far = Pattern::fraction(scale + point * 0.7548776662466927);
+      open += !blocked(from, around(r * c, r * s, std::sqrt(std::max(0.0, 1 - squared))),
+                       reach * (0.15 + 0.85 * far));
     }
-    return static_cast<double>(open) / kSkyRays;
+    return static_cast<double>(open) / rays;
   }
 
-  Vec3d colour(double x, double y, double height, Pattern& pattern) const {
-    const Vec3d direction = view_.ray(x, y);
-    const auto hit = firstHit(view_.eye(), direction);
-    return hit ? surfaceColour(*hit, direction, pattern) : groundColour(direction, height, pattern);
+  Vec3d colour(const Sample& sample, double row_height, std::uint32_t rays, Pattern pattern) const {
+    return sample.hit
+               ? surfaceColour(sample, rays, pattern)
+               : groundColour(sample.direction, 1 - (std::floor(sample.y) + 0.5) * row_height, rays, pattern);
   }
 
-  Vec3d surfaceColour(const Hit& hit, const Vec3d& direction, Pattern& pattern) const {
-    Spot spot{hit.facet, direction * -1, dot(hit.facet, direction) > 0, 1, 1};
-    const double side = spot.inner ? -1 : 1;
-    const Vec3d facet = hit.facet * side;
+  Vec3d normalAt(const Hit& hit, const Vec3d& direction) const {
+    const double side = dot(hit.facet, direction) > 0 ? -1 : 1;
+    Vec3d normal = hit.facet;
     if (!normals_.empty()) {
-      const Triangle& t = triangles_[hit.triangle];
-      spot.normal = normalized(toDouble(normals_[t[0]]) * (1 - hit.u - hit.v) +
-                               toDouble(normals_[t[1]]) * hit.u + toDouble(normals_[t[2]]) * hit.v);
-      if (dot(spot.normal, spot.normal) == 0) spot.normal = hit.facet;
+      normal = normalized(between(hit, [this](std::uint32_t i) { return toDouble(normals_[i]); }));
+      if (dot(normal, normal) == 0) normal = hit.facet;
     }
-    spot.normal = spot.normal * side;
+    normal = normal * side;
     // An interpolated normal may look away from a viewer who sees the triangle: at outlines it would draw
     // dark seams.
-    const double away = kLeastFacing - dot(spot.normal, spot.to_viewer);
-    if (away > 0) spot.normal = normalized(spot.normal + spot.to_viewer * away);
-    const Vec3d from = view_.eye() + direction * hit.distance + facet * kOffset;
-    spot.sky = openSky(from, spot.normal, kSkyReach, pattern);
+    const double away = kLeastFacing + dot(normal, direction);
+    return away > 0 ? normalized(normal - direction * away) : normal;
+  }
+
+  /// What the triangle's corners have, where the ray hit it.
+  template <class OfVertex>
+  Vec3d between(const Hit& hit, OfVertex of) const {
+    const Triangle& t = triangles_[hit.triangle];
+    return of(t[0]) * (1 - hit.u - hit.v) + of(t[1]) * hit.u + of(t[2]) * hit.v;
+  }
+
+  Vec3d surfaceColour(const Sample& sample, std::uint32_t rays, Pattern& pattern) const {
+    const Hit& hit = *sample.hit;
+    const bool inner = dot(hit.facet, sample.direction) > 0;
+    Spot spot{sample.normal, sample.direction * -1, materialColour(inner), inner, 1, 1};
+    if (!colours_.empty()) {
+      // Colours lie between those of the corners: values out of range would hide where the range ends.
+      spot.colour = between(hit, [this](std::uint32_t i) { return colours_[i]; });
+    }
+    const Vec3d from =
+        view_.eye() + sample.direction * hit.distance + hit.facet * (inner ? -kOffset : kOffset);
+    spot.sky = openSky(from, spot.normal, kSkyReach, rays, pattern);
     const double r = kKeySpread * std::sqrt((pattern.index(0) + pattern.random()) / pattern.rays());
-    const double phi = (pattern.dither() + pattern.index(0) * kGoldenTurn) * 2 * std::numbers::pi;
-    const Vec3d key = normalized(aroundAxis(lights_.key(), r * std::cos(phi), r * std::sin(phi), 1));
+    const auto [c, s] = pattern.spiral(pattern.index(0));
+    const Vec3d key = normalized(around_key_(r * c, r * s, 1));
     if (dot(spot.normal, key) > 0) spot.key = blocked(from, key, 10) ? 0 : 1;
-    return lights_.shade(spot);
+    const Vec3d lit = lights_.shade(spot);
+    return settings_.wireframe ? mix(lit, kLineColour, kLineStrength * lineAt(sample)) : lit;
+  }
+
+  /// How much of the sample's surroundings a line covers: by its distance in the picture to the quad's edges.
+  double lineAt(const Sample& sample) const {
+    const Quad& quad = surface_.quads[sample.hit->triangle / 2];
+    std::array<Vec3d, 4> corners;
+    for (std::size_t i = 0; i < 4; ++i) corners[i] = view_.project(view_.toStage(surface_.world(quad[i])));
+    double nearest = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < 4; ++i)
+      nearest = std::min(nearest, toSegment({sample.x, sample.y, 0}, corners[i], corners[(i + 1) % 4]));
+    return std::clamp(kLineWidth / 2 + 0.5 - nearest, 0.0, 1.0);
   }
 
   // The backdrop, darker where the surface stands over the floor of the frame.
-  Vec3d groundColour(const Vec3d& direction, double height, Pattern& pattern) const {
+  Vec3d groundColour(const Vec3d& direction, double height, std::uint32_t rays, Pattern& pattern) const {
     const Vec3d colour = backdrop(height);
     const double t = (view_.ground() - kOffset - view_.eye()[2]) / direction[2];
     if (!(direction[2] < 0 && t > 0)) return colour;
     const Vec3d p = view_.eye() + direction * t;
     if (length(p) > 1 + kGroundReach) return colour;  // nothing of the frame is near
-    return colour * (0.4 + 0.6 * openSky(p, {0, 0, 1}, kGroundReach, pattern));
+    return colour * (0.4 + 0.6 * openSky(p, {0, 0, 1}, kGroundReach, 2 * rays, pattern));
   }
 
+  const Surface& surface_;
   const RenderSettings& settings_;
   const View& view_;
   const Lights lights_;
+  const Around around_key_;
+  const std::uint32_t side_;  // a pixel has side_ * side_ rays
   const std::vector<Triangle> triangles_;
   std::vector<std::array<float, 3>> normals_;
+  std::vector<Vec3d> colours_;
   const TriangleScene scene_;
 };
 
@@ -237,6 +346,8 @@ Image render(const Surface& surface, const RenderSettings& settings, const Paral
   const View view(settings.camera, frame, image.width, image.height);
   const Renderer renderer(surface, settings, view);
   parallel(static_cast<std::size_t>(image.height), [&](std::size_t y) { renderer.row(y, image); });
+  if (!settings.attribute.values.empty() || !settings.attribute.scale.label.empty())
+    drawColourBar(settings.attribute.scale, image);
   return image;
 }
 

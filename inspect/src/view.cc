@@ -31,10 +31,17 @@ View::View(const Camera& camera, const Box& frame, int width, int height)
   const double tangent = std::tan(radians(std::clamp(camera.field_of_view, 1.0, 150.0)) / 2);
   const double shorter = std::min(half_width_, half_height_);
   const double wide = tangent * half_width_ / shorter, high = tangent * half_height_ / shorter;
+  // A turning box sweeps a cylinder; the square around it is aligned with the camera, so the fit is the same
+  // from everywhere.
+  const double radius = std::hypot(half[0], half[1]);
   std::array<Vec3d, 8> corners;  // to the right, up and forward from the box's centre
   double distance = 1e-3;
   for (unsigned i = 0; i < 8; ++i) {
-    const Vec3d p = half * scale_ * Vec3d{i & 1 ? 1.0 : -1.0, i & 2 ? 1.0 : -1.0, i & 4 ? 1.0 : -1.0};
+    const Vec3d corner{i & 1 ? 1.0 : -1.0, i & 2 ? 1.0 : -1.0, i & 4 ? 1.0 : -1.0};
+    const Vec3d p = camera.turning ? (right_ * (corner[0] * radius) + ahead_ * (corner[1] * radius) +
+                                      Vec3d{0, 0, corner[2] * half[2]}) *
+                                         scale_
+                                   : half * scale_ * corner;
     corners[i] = {dot(p, right_), dot(p, up_), dot(p, forward_)};
     distance = std::max(
         distance, std::max(std::abs(corners[i][0]) / wide, std::abs(corners[i][1]) / high) - corners[i][2]);
@@ -60,6 +67,13 @@ View::View(const Camera& camera, const Box& frame, int width, int height)
 Vec3d View::ray(double x, double y) const {
   return normalized(forward_ + right_ * (shift_[0] + (x - half_width_) * pixel_) +
                     up_ * (shift_[1] + (half_height_ - y) * pixel_));
+}
+
+Vec3d View::project(const Vec3d& stage) const {
+  const Vec3d seen = stage - eye_;
+  const double depth = std::max(dot(seen, forward_), 1e-6);
+  return {half_width_ + (dot(seen, right_) / depth - shift_[0]) / pixel_,
+          half_height_ - (dot(seen, up_) / depth - shift_[1]) / pixel_, 0};
 }
 
 }  // namespace isoreel::inspect

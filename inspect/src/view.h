@@ -17,6 +17,8 @@ class View {
   Vec3d toStage(const Vec3d& world) const { return (world - centre_) * scale_; }
   /// Unit direction of the ray through pixel coordinates (x, y), from the upper left corner.
   Vec3d ray(double x, double y) const;
+  /// Pixel coordinates (x, y, 0) of a point of the stage in front of the eye; far outside for one behind it.
+  Vec3d project(const Vec3d& stage) const;
 
   const Vec3d& eye() const { return eye_; }
   const Vec3d& right() const { return right_; }

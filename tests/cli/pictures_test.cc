@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // render and demo.
+#include <chrono>
+#include <csignal>
 #include <cstdio>
+#include <thread>
 
 #include "support.h"
 
@@ -66,6 +69,57 @@ TEST_F(PicturesTest, AContactSheetHoldsTheSequence) {
   EXPECT_LT(small_height, height);
 }
 
+TEST_F(PicturesTest, EveryStyleChangesThePicture) {
+  ok("isoreel render seq.isr -o a.png --frames 2 --size 64x48");
+  for (const char* option :
+       {"--wireframe", "--color curvature", "--color error --volumes seq.json", "--level -1", "--view top"}) {
+    ok(fmt::format("isoreel render seq.isr -o b.png --frames 2 --size 64x48 --force {}", option));
+    EXPECT_EQ(size("b.png"), "64x48") << option;
+    EXPECT_NE(content("b.png"), content("a.png")) << option;
+    ok(fmt::format("isoreel render seq.isr -o c.png --frames 2 --size 64x48 --force --jobs 1 {}", option));
+    EXPECT_EQ(content("b.png"), content("c.png")) << option;
+  }
+  ok("isoreel render seq.isr -o c.png --frames 2 --size 64x48 --force --camera 0,90");
+  ok("isoreel render seq.isr -o b.png --frames 2 --size 64x48 --force --view top");
+  EXPECT_EQ(content("b.png"), content("c.png"));
+}
+
+TEST_F(PicturesTest, AnOrbitTurnsTheCamera) {
+  ok("isoreel render seq.isr -o o/%d.png --size 32x24 --orbit 360");
+  ok("isoreel render seq.isr -o s/%d.png --size 32x24 --orbit 1e-9");
+  EXPECT_EQ(content("o/0.png"), content("s/0.png"));
+  EXPECT_NE(content("o/3.png"), content("s/3.png"));
+}
+
+TEST_F(PicturesTest, TwoFilesSideBySide) {
+  ok("isoreel encode seq.json -o other.isr --iso 0 --step 1/2");
+  const auto totals = nlohmann::json::parse(
+      ok("isoreel render seq.isr --beside other.isr -o b.png --frames 2 --size 64x48 --json"));
+  EXPECT_EQ(totals["frames"], 1);
+  EXPECT_GT(totals["width"], 128);
+  ok("isoreel encode seq.json -o short.isr --iso 0 --frames 0:2");
+  fails("isoreel render seq.isr --beside short.isr -o c.png --size 64x48", 1, "short.isr has 2 frames");
+}
+
+TEST_F(PicturesTest, AMovieIsWholeOrNotThere) {
+  ok("isoreel render seq.isr -o m.mp4 --size 33x25");
+  EXPECT_EQ(content("m.mp4").substr(4, 4), "ftyp");
+  const std::string movie = content("m.mp4");
+  EXPECT_LT(movie.find("moov"), movie.find("mdat"));  // starts before it is all there
+  ok("isoreel render seq.isr -o again.mp4 --size 33x25 --jobs 1");
+  EXPECT_EQ(content("again.mp4"), movie);
+  fails("isoreel render seq.isr -o m.mp4 --size 32x24", 1, "--force");
+  longSequence(300);
+  ok("isoreel encode long.json -o long.isr --iso 0");
+  const pid_t process = start("isoreel render long.isr -o cut.mp4 --size 160x120");
+  for (int i = 0; i < 1000 && !there("cut.mp4.part"); ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  kill(process, SIGTERM);
+  EXPECT_EQ(wait(process), 1);
+  EXPECT_FALSE(there("cut.mp4"));
+  EXPECT_FALSE(there("cut.mp4.part"));
+}
+
 TEST_F(PicturesTest, WrongUsage) {
   for (const char* bad : {"64", "0x0", "15x48", "64x99999", "64x48x2", "-64x48"})
     fails(fmt::format("isoreel render seq.isr -o x.png --size={}", bad), 2, "--size");
@@ -74,8 +128,14 @@ TEST_F(PicturesTest, WrongUsage) {
   fails("isoreel render seq.isr -o x.png --zoom 0", 2, "--zoom");
   fails("isoreel render seq.isr -o x.png --tiles 0", 2, "--tiles");
   fails("isoreel render seq.isr -o x.png --frames 9", 2, "--frames");
-  fails("isoreel render seq.isr -o x.jpg", 2, "'x.jpg' does not end in .png");
-  fails("isoreel render seq.isr -o movie.mp4", 2, ".png");
+  fails("isoreel render seq.isr -o x.jpg", 2, "'x.jpg' does not end in .png or .mp4");
+  fails("isoreel render seq.isr -o %d.mp4", 2, "a movie holds all");
+  fails("isoreel render seq.isr -o x.png --fps 5", 2, "--fps");
+  fails("isoreel render seq.isr -o x.png --color error", 2, "--volumes");
+  fails("isoreel render seq.isr -o x.png --volumes seq.json", 2, "--color error");
+  fails("isoreel render seq.isr -o x.png --color hue", 2, "--color");
+  fails("isoreel render seq.isr -o x.png --range 1", 2, "--range");
+  fails("isoreel render seq.isr -o x.png --view up", 2, "--view");
   fails("isoreel render seq.isr -o %s.png", 2, "%05d");
   fails("isoreel render seq.isr", 2, "--output");
   write("x.png", "mine");

@@ -3,6 +3,7 @@
 
 #include <isoreel/base/parallel.h>
 #include <isoreel/codec/surface.h>
+#include <isoreel/inspect/attribute.h>
 
 #include <filesystem>
 
@@ -33,21 +34,29 @@ struct Camera {
   double elevation = 25;
   double field_of_view = 35;
   double zoom = 1;
+  /// Fits the box turned around its vertical axis, whatever the azimuth: an orbit then neither grows nor
+  /// shrinks what it shows.
+  bool turning = false;
 };
 
 struct RenderSettings {
   int width = 1280;
   int height = 960;
   Camera camera;
-  Box frame;           // what must fit into the picture; empty: the surface's own box
-  int samples = 4;     // rays a pixel, a square number
-  bool smooth = true;  // interpolated vertex normals; false shows facets
+  Box frame;               // what must fit into the picture; empty: the surface's own box
+  int samples = 4;         // rays a pixel, a square number
+  bool smooth = true;      // interpolated vertex normals; false shows facets
+  bool wireframe = false;  // the quads' edges, as lines of about a pixel
+  Attribute attribute;     // colours the surface and adds a colour bar, when it has a value for each vertex
 };
 
 /// Ray-casts the surface: three lights and ambient occlusion, so that shape shows; the inner side has another
 /// colour, and a shadow lies below the frame's box. A surface without faces gives the backdrop alone. Opaque,
 /// in sRGB, at least 1 × 1 pixels. The same on one machine for every `parallel`.
 Image render(const Surface& surface, const RenderSettings& settings, const ParallelFor& parallel = serialFor);
+
+/// Draws the scale's bar with its range and label into the lower right corner, sized by the picture.
+void drawColourBar(const ColourScale& scale, Image& image);
 
 /// Puts pictures of equal size side by side, `columns` a row, each with a caption under it (captions may be
 /// empty, and there may be fewer than pictures). No pictures give an image without pixels.

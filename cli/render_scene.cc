@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "render_scene.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "output.h"
+#include "parallel.h"
+
+namespace isoreel::cli {
+namespace {
+
+/// The box of the chosen frames in the world, from their headers.
+void addSequence(const Input& input, const FrameRange& range, inspect::Box& box) {
+  for (std::uint64_t i = range.begin; i < range.end; ++i) {
+    const FrameHeader& header = input.packets->header(i);
+    if (header.faces == 0) continue;
+    for (std::size_t c = 0; c < 8; ++c) {
+      Vec3d cells{};
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        cells[axis] = (c >> axis & 1 ? header.box_max : header.box_min)[axis] / double{kCell};
+      box.add(input.configuration.grid.world(cells));
+    }
+  }
+}
+
+DecodeOptions decodeOptions(const std::optional<int>& level, const Grid& grid) {
+  DecodeOptions result;
+  if (!level) return result;
+  const std::int64_t from_root = *level >= 0 ? *level : std::int64_t{octreeDepth(grid)} + *level;
+  result.level = static_cast<std::uint32_t>(std::max<std::int64_t>(from_root, 0));
+  return result;
+}
+
+}  // namespace
+
+Result<Scene> Scene::open(const RenderOptions& options) {
+  Scene scene;
+  scene.options_ = &options;
+  if (options.input == "-" && options.beside == "-")
+    throw CLI::ValidationError("--beside", "standard input holds one file only");
+  for (const std::string& path : {options.input, options.beside}) {
+    if (path.empty()) continue;
+    ISOREEL_ASSIGN(Input input, openInput(path));
+    warnOfDamage(input.info, path);
+    if (input.packets->frameCount() == 0) return {ErrorCode::kNotFound, path + ": holds no frame"};
+    Source source{path, std::move(input), nullptr, {}};
+    source.player = std::make_unique<Player>(*source.input.packets);
+    source.decode = decodeOptions(options.level, source.input.configuration.grid);
+    scene.sources_.push_back(std::move(source));
+  }
+  if (options.volumes.paths.empty()) return scene;
+  ISOREEL_ASSIGN(scene.volumes_, io::openVolumes(options.volumes.paths, options.volumes.options));
+  for (const Source& source : scene.sources_) {
+    const std::uint64_t count = source.input.packets->frameCount();
+    if (scene.volumes_->size() != 1 && scene.volumes_->size() != count) {
+      return {ErrorCode::kInvalidArgument,
+              fmt::format("{} has {}, --volumes {}", source.path, counted(count, "frame"),
+                          counted(scene.volumes_->size(), "volume"))};
+    }
+    if (scene.volumes_->grid().nodes != source.input.configuration.grid.nodes) {
+      return {ErrorCode::kInvalidArgument,
+              fmt::format("the grid of {} is not that of {}", scene.volumes_->name(0), source.path)};
+    }
+  }
+  return scene;
+}
+
+Status Scene::prepare(const FrameRange& range, Product product) {
+  settings_ = settingsOf(*options_, product);
+  for (const Source& source : sources_) {
+    if (const std::uint64_t count = source.input.packets->frameCount(); count < range.end) {
+      return {ErrorCode::kInvalidArgument,
+              fmt::format("{} has {}, too few to stand beside those of {}", source.path,
+                          counted(count, "frame"), options_->input)};
+    }
+    addSequence(source.input, range, settings_.frame);
+  }
+  return {};
+}
+
+Status Scene::read(std::uint64_t position, Item& item) {
+  for (Source& source : sources_) {
+    const FrameHeader& header = source.input.packets->header(position);
+    Result<Surface> surface = source.player->frame(position, source.decode);
+    if (!surface) return named(surface.status(), source.path);
+    ISOREEL_ASSIGN(const Bytes packet, source.input.packets->packet(position));
+    item.shown.push_back(
+        {*std::move(surface), header.isovalue,
+         fmt::format("{}   frame {}   {} bytes", std::filesystem::path(source.path).filename().string(),
+                     header.number, packet.size())});
+  }
+  if (!volumes_) return {};
+  ISOREEL_ASSIGN(item.volume, volumes_->read(volumes_->size() == 1 ? 0 : static_cast<std::size_t>(position)));
+  return {};
+}
+
+inspect::Attribute Scene::attributeOf(const Shown& shown, const inspect::Mesh& reference) const {
+  inspect::Attribute attribute;
+  switch (options_->colour) {
+    case Colour::kNone:
+      break;
+    case Colour::kCurvature: {
+      const double end = options_->range.value_or(0.5);
+      attribute = {inspect::meanCurvature(shown.surface),
+                   {inspect::Palette::kDiverging, -end, end, "mean curvature, 1/cells"}};
+      break;
+    }
+    case Colour::kError:
+      attribute = {
+          inspect::vertexDistance(shown.surface, reference, parallelFor),
+          {inspect::Palette::kSequential, 0, options_->range.value_or(0.1), "distance to the volume, cells"}};
+      break;
+  }
+  return attribute;
+}
+
+void Scene::draw(Item& item) const {
+  inspect::Mesh reference;
+  std::vector<inspect::Image> images;
+  std::vector<std::string> captions;
+  for (const Shown& shown : item.shown) {
+    if (volumes_ && images.empty()) {
+      reference =
+          inspect::volumeIsosurface(item.volume, shown.isovalue, sources_.front().input.configuration.inside);
+    }
+    inspect::RenderSettings settings = settings_;
+    settings.camera.azimuth += options_->orbit * item.turn;
+    settings.attribute = attributeOf(shown, reference);
+    images.push_back(inspect::render(shown.surface, settings, parallelFor));
+    captions.push_back(shown.caption);
+  }
+  item.image = images.size() == 1 ? std::move(images.front()) : inspect::contactSheet(images, captions, 2);
+  item.shown.clear();
+  item.volume = {};
+}
+
+}  // namespace isoreel::cli
