@@ -8,7 +8,7 @@
 namespace isoreel::bench {
 namespace {
 
-constexpr CTMuint kLzmaLevel = 9;
+constexpr CTMuint kLzmaLevel = 1;
 
 struct Context {
   explicit Context(CTMenum mode) : handle(ctmNewContext(mode)) {}
