@@ -45,8 +45,9 @@ class DracoCoder : public Coder {
     buffer.Init(coded_.data(), coded_.size());
     draco::Decoder decoder;
     auto decoded = decoder.DecodeMeshFromBuffer(&buffer);
-    if (decoded.ok()) decoded_ = std::move(decoded).value();
-    return status(decoded.status());
+    ISOREEL_TRY(status(decoded.status()));
+    decoded_ = std::move(decoded).value();
+    return {};
   }
   std::size_t bytes() const override { return coded_.size(); }
   inspect::Mesh mesh() const override {

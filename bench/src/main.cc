@@ -87,6 +87,16 @@ class Bench {
     return result;
   }
 
+  /// Dual contouring alone: what mesh coders need before they start.
+  Result<double> extractedPerSecond() const {
+    Cost sum;
+    for (const auto& [frame, isosurface] : samples_) {
+      ISOREEL_TRY(
+          add(sum, [&] { return extractSurface(frame->volume, frame->isovalue, frame->inside).status(); }));
+    }
+    return sampled_vertices_ / sum.seconds;
+  }
+
   /// Isoreel with whole frames side by side on so many threads, as the command line does it, by the clock on
   /// the wall.
   Result<Json> throughput(std::size_t threads) {
@@ -171,6 +181,7 @@ Result<Json> run(const Json& job) {
               {"runs", runs},
               {"throughput", Json::array()},
               {"points", Json::array()}};
+  ISOREEL_ASSIGN(result["extracted_vertices_per_second"], bench.extractedPerSecond());
   for (const std::size_t threads : {1u, 2u}) {
     ISOREEL_ASSIGN(result["throughput"].emplace_back(), bench.throughput(threads));
   }

@@ -2,10 +2,10 @@
 #include "measure.h"
 
 #include <malloc.h>
-#include <time.h>
 
 #include <algorithm>
 #include <chrono>
+#include <ctime>
 #include <fstream>
 #include <string>
 
