@@ -161,7 +161,9 @@ def plot(results, path):
     from matplotlib import pyplot, ticker
 
     sets = results["sets"]
-    figure, axes = pyplot.subplots(len(sets), 2, figsize=(11, 4.2 * len(sets)), squeeze=False, layout="constrained")
+    height = 4.2 * len(sets) + 0.6
+    figure, axes = pyplot.subplots(len(sets), 2, figsize=(11, height), squeeze=False, layout="constrained")
+    figure.get_layout_engine().set(rect=(0, 0.6 / height, 1, 1 - 0.6 / height))  # the legend goes below
     for one_set, row in zip(sets, axes):
         for distance, panel in zip(DISTANCES, row):
             for (coder, variant), (points, _) in curves_of(one_set, distance).items():
@@ -171,8 +173,10 @@ def plot(results, path):
             panel.set(xscale="log", yscale="log", title=f"{one_set['name']}: RMS distance to the {distance}"
                       + (" mesh" if distance == "extracted" else "'s isosurface"), xlabel="cells",
                       ylabel="bits per vertex")
-            panel.yaxis.set_major_formatter(ticker.FormatStrFormatter("%g"))
-            panel.yaxis.set_minor_formatter(ticker.NullFormatter())
-            panel.grid(True, which="both", alpha=0.25)
-        row[0].legend(fontsize="small")
+            for axis in (panel.xaxis, panel.yaxis):
+                axis.set_major_locator(ticker.LogLocator(subs=(1, 2, 5)))
+                axis.set_major_formatter(ticker.FormatStrFormatter("%g"))
+                axis.set_minor_locator(ticker.NullLocator())
+            panel.grid(True, alpha=0.25)
+    figure.legend(*axes[0][0].get_legend_handles_labels(), loc="lower center", ncol=4)
     figure.savefig(path, metadata={"Date": None})

@@ -45,7 +45,7 @@ def arguments():
         help="position bits, of Draco and meshoptimizer (default: %(default)s)")
     add("--precisions", type=numbers(Fraction), default="1,1/2,1/4,1/8,1/16,1/32",
         help="OpenCTM's, in cells (default: %(default)s)")
-    add("--tolerances", type=numbers(Fraction), default="64,32,16,8,4,2,1,1/2,1/4",
+    add("--tolerances", type=numbers(Fraction), default="32,16,8,4,2,1,1/2,1/4,1/8,1/16,1/32,1/64",
         help="zfp's, times the median difference of samples across the surface (default: %(default)s)")
     add("--runs", type=int, default=3, help="timings are medians of so many runs (default: %(default)s)")
     add("--samples", type=int, default=6, help="frames to take distances and timings of (default: %(default)s)")

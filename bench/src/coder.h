@@ -31,7 +31,8 @@ class Coder {
  public:
   virtual ~Coder() = default;
   virtual Label label() const = 0;
-  /// Brings the frame into the form the library takes, and lets go of what earlier calls made. Not measured.
+  /// Brings the frame into the form the library takes, and gives back the memory of what earlier calls made.
+  /// Not measured.
   virtual void prepare(const Frame& frame) = 0;
   /// Codes the prepared frame. Measured.
   virtual Status encode() = 0;

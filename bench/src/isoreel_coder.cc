@@ -16,9 +16,9 @@ class IsoreelCoder : public Coder {
   void prepare(const Frame& frame) override {
     volume_ = frame.volume;
     timing_.isovalue = frame.isovalue;
-    packet_ = {};
+    packet_ = Bytes();
     surface_ = {};
-    triangles_ = {};
+    triangles_ = std::vector<Triangle>();
   }
   Status encode() override {
     ISOREEL_ASSIGN(Encoder encoder, Encoder::create(settings_));

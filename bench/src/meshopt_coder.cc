@@ -45,8 +45,9 @@ class MeshoptCoder : public Coder {
   void prepare(const Frame& frame) override {
     input_ = frame.extracted;
     decoded_ = {};
-    quantised_ = {};
-    coded_indices_ = coded_vertices_ = {};
+    quantised_ = std::vector<Quantised>();
+    coded_indices_ = Buffer();
+    coded_vertices_ = Buffer();
   }
   Status encode() override {
     quantise();

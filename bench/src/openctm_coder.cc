@@ -30,7 +30,7 @@ class OpenctmCoder : public Coder {
   void prepare(const Frame& frame) override {
     input_ = frame.extracted;
     decoded_ = {};
-    coded_ = {};
+    coded_ = Bytes();
   }
   Status encode() override {
     Context context(CTM_EXPORT);

@@ -14,7 +14,7 @@ class ZfpCoder : public Coder {
   void prepare(const Frame& frame) override {
     new_volume_ = frame.volume_number != frame_.volume_number || frame_.volume.samples.empty();
     frame_ = frame;
-    coded_ = {};
+    coded_ = Bytes();
     surface_ = {};
   }
   Status encode() override {
