@@ -3,7 +3,7 @@
 # Makes the sets of the figures from Debian's packages alone, so that anyone can repeat them:
 #
 #     bench/fetch_data.sh headscan [NODES [FOLDER]]            a CT of a head, from the package invesalius-examples
-#     bench/fetch_data.sh droplets|splash [NODES [FOLDER [FRAMES]]]   liquids, simulated by Debian's Blender: hours above 129
+#     bench/fetch_data.sh droplets|splash [NODES [FOLDER [FRAMES]]]   liquids, simulated by Debian's Blender
 #     ./dev bench build/bench-data/headscan/set.json           what to do with them
 #
 # NODES (129) a side; FOLDER is build/bench-data/NAME; 20 FRAMES. The head scan is under GPL-2: it stays out of the repository.
