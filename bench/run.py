@@ -1,92 +1,133 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Encodes, decodes and compares a sequence at several steps with the isoreel command, and prints a Markdown table.
-bench/README.md says how to read it."""
+"""Measures Isoreel and other coders on sets of volumes: a Markdown report on the standard output or, with --output, in a
+file with JSON and an SVG plot beside it. bench/README.md says how to read them.
+
+DATA is a set, a JSON file {"name": ..., "inputs": [volumes], "grid": ..., "isovalues": [...], "inside": "below"|"above"}
+whose paths count from its own folder; or volumes as `isoreel encode` takes them (a file, a folder, a printf pattern),
+with --iso, --inside and --grid. The default is the bundled sequence."""
 
 import argparse
+import datetime
 import json
 import os
 import platform
 import shlex
-import statistics
 import subprocess
 import sys
 import tempfile
+from fractions import Fraction
 from pathlib import Path
 
+import report
+
 BUNDLED = Path(__file__).resolve().parent.parent / "examples" / "data" / "droplets"
+CODERS = ["draco", "meshoptimizer", "openctm", "zfp"]
+
+
+def numbers(kind):
+    return lambda text: [kind(part) for part in text.split(",")]
 
 
 def arguments():
-    parser = argparse.ArgumentParser(
-        description=__doc__, epilog="Options behind -- go to `isoreel encode` as they are: -- --iso 500 --inside above")
-    parser.add_argument("data", nargs="*", default=[str(BUNDLED)],
-                        help="volumes, as `isoreel encode` takes them (default: the bundled sequence)")
-    parser.add_argument("--isoreel", default="build/release/isoreel", help="the command (default: %(default)s)")
-    parser.add_argument("--steps", default="1/4,1/8,1/16,1/32", help="quantiser steps (default: %(default)s)")
-    parser.add_argument("--runs", type=int, default=3, help="timings are medians of so many runs (default: %(default)s)")
-    own, encode = sys.argv[1:], []
-    if "--" in own:
-        split = own.index("--")
-        own, encode = own[:split], own[split + 1:]
-    return parser.parse_args(own), encode
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    add = parser.add_argument
+    add("data", nargs="*", default=[str(BUNDLED)], metavar="DATA", help="sets")
+    add("--iso", type=numbers(float), help="isovalues of DATA that is no set file")
+    add("--inside", choices=["below", "above"], help="of DATA that is no set file")
+    add("--grid", help="of DATA that is no set file: the OpenVDB grid")
+    add("--output", metavar="STEM", help="write STEM.md, STEM.json and STEM.svg")
+    add("--coders", type=numbers(str), default=CODERS, help=f"besides Isoreel (default: {','.join(CODERS)})")
+    add("--steps", type=numbers(Fraction), default="1/2,1/4,1/8,1/16,1/32",
+        help="Isoreel's, in cells (default: %(default)s)")
+    add("--speeds", type=numbers(int), default="0,3,7,10", help="Draco's (default: %(default)s)")
+    add("--bits", type=numbers(int), default="7,8,9,10,11,12,13",
+        help="position bits, of Draco and meshoptimizer (default: %(default)s)")
+    add("--precisions", type=numbers(Fraction), default="1,1/2,1/4,1/8,1/16,1/32",
+        help="OpenCTM's, in cells (default: %(default)s)")
+    add("--tolerances", type=numbers(Fraction), default="32,16,8,4,2,1,1/2,1/4,1/8,1/16,1/32,1/64",
+        help="zfp's, times the median difference of samples across the surface (default: %(default)s)")
+    add("--runs", type=int, default=3, help="timings are medians of so many runs (default: %(default)s)")
+    add("--samples", type=int, default=6, help="frames to take distances and timings of (default: %(default)s)")
+    add("--program", default="build/bench/isoreel_bench", help="default: %(default)s")
+    return parser.parse_args()
 
 
-def isoreel(program, *words):
-    """Runs a verb with --json and returns its object."""
-    command = [program, *words, "--json"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+def load_set(data, options):
+    """A set with paths that stand for themselves."""
+    path = Path(data)
+    if path.suffix == ".json" and "inputs" in (described := json.loads(path.read_text(encoding="utf-8"))):
+        described["inputs"] = [str(path.parent / each) for each in described["inputs"]]
+        return {"name": path.stem, **described}
+    described = {"name": path.stem if path.is_file() else path.name, "inputs": [data]}
+    for key, value in (("isovalues", options.iso), ("inside", options.inside), ("grid", options.grid)):
+        if value is not None:
+            described[key] = value
+    return described
+
+
+def settings(options):
+    """What the program is told besides the set."""
+    asked = {"draco": {"speeds": options.speeds, "bits": options.bits},
+             "meshoptimizer": {"meshopt_bits": options.bits},
+             "openctm": {"precisions": [float(p) for p in options.precisions]},
+             "zfp": {"tolerances": [float(t) for t in options.tolerances]}}
+    result = {"runs": options.runs, "samples": options.samples,
+              "steps": [round(step * 16384) for step in options.steps]}
+    for coder in options.coders:
+        if coder not in asked:
+            sys.exit(f"bench: there is no coder '{coder}'; there are {', '.join(CODERS)}")
+        result |= asked[coder]
+    return result
+
+
+def measure(program, job):
+    with tempfile.NamedTemporaryFile("w", suffix=".json") as file:
+        json.dump(job, file)
+        file.flush()
+        done = subprocess.run([program, file.name], stdout=subprocess.PIPE, text=True, check=False)
     if done.returncode != 0:
-        sys.exit(f"bench: {shlex.join(command)} failed ({done.returncode}):\n{done.stderr.strip()}")
+        sys.exit(f"bench: {job['name']} failed ({done.returncode})")
     return json.loads(done.stdout)
 
 
-def measure(options, encode, step, folder):
-    """One row of the table: the sequence at one step."""
-    file = os.path.join(folder, "bench.isr")
-    encodes, decodes = [], []
-    for _ in range(options.runs):
-        totals = isoreel(options.isoreel, "encode", *options.data, "-o", file, "--force", "--step", step,
-                         "--frame-types", "intra", "--profile", "classic", *encode)
-        encodes.append(totals["seconds"])
-        decodes.append(isoreel(options.isoreel, "decode", file, "--discard")["seconds"])
-    size = os.path.getsize(file)
-    distances = isoreel(options.isoreel, "compare", file, *options.data)
-    return {
-        "step": step,
-        "bytes": size,
-        "signs": 8 * totals["bytes"]["signs"] / totals["vertices"],
-        "residuals": 8 * totals["bytes"]["vertices"] / totals["vertices"],
-        "bits": 8 * size / totals["vertices"],
-        "volume": distances["volume"]["rms"],
-        "extracted": distances["extracted"]["rms"],
-        "encode": statistics.median(encodes),
-        "decode": statistics.median(decodes),
-        "frames": totals["frames"],
-        "vertices": totals["vertices"],
-    }
-
-
-def processor():
+def machine():
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-        return next(line.split(":", 1)[1].strip() for line in lines if line.startswith("model name"))
+        name = next(line.split(":", 1)[1].strip() for line in lines if line.startswith("model name"))
     except (OSError, StopIteration):
-        return platform.processor() or platform.machine()
+        name = platform.processor() or platform.machine()
+    return f"{name}, {os.cpu_count()} threads"
+
+
+def rounded(value):
+    """Six digits are enough of a measurement, and keep the file small."""
+    if isinstance(value, float):
+        return float(f"{value:.6g}")
+    if isinstance(value, dict):
+        return {key: rounded(each) for key, each in value.items()}
+    return [rounded(each) for each in value] if isinstance(value, list) else value
 
 
 def main():
-    options, encode = arguments()
-    with tempfile.TemporaryDirectory(prefix="isoreel-bench-") as folder:
-        rows = [measure(options, encode, step, folder) for step in options.steps.split(",")]
-    first = rows[0]
-    print(f"{' '.join(options.data)}: {first['frames']} frames, {first['vertices']} vertices; "
-          f"{processor()}, {os.cpu_count()} threads; medians of {options.runs} runs\n")
-    print("| step | bytes | bits/vertex | of it signs | of it residuals | RMS to volume | RMS to extracted | encode s | decode s |")
-    print("| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |")
-    for row in rows:
-        print(f"| {row['step']} | {row['bytes']} | {row['bits']:.3f} | {row['signs']:.3f} | {row['residuals']:.3f} | "
-              f"{row['volume']:.4f} | {row['extracted']:.4f} | {row['encode']:.3f} | {row['decode']:.3f} |")
+    options = arguments()
+    results = {"date": datetime.date.today().isoformat(), "command": shlex.join(["./dev", "bench", *sys.argv[1:]]),
+               "machine": machine(), "sets": []}
+    for data in options.data:
+        described = load_set(data, options)
+        print(f"bench: {described['name']}", file=sys.stderr)
+        measured = {"name": described["name"], **measure(options.program, described | settings(options))}
+        report.compare(measured)
+        results["sets"].append(measured)
+    text = "\n".join(report.markdown(results)) + "\n"
+    if not options.output:
+        print(text, end="")
+        return
+    stem = Path(options.output)
+    stem.parent.mkdir(parents=True, exist_ok=True)
+    stem.with_name(stem.name + ".md").write_text(text, encoding="utf-8")
+    stem.with_name(stem.name + ".json").write_text(json.dumps(rounded(results), indent=1) + "\n", encoding="utf-8")
+    report.plot(results, stem.with_name(stem.name + ".svg"))
 
 
 if __name__ == "__main__":
