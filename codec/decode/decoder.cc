@@ -64,21 +64,26 @@ Status leftOver(const char* what, std::uint32_t level) {
                                    ": not used to their end (spec codec 6.2)"};
 }
 
-/// Where the signs alone put the vertices of a level's active cells: coarser cells are larger, and what lies
-/// outside the grid is moved to its border.
-std::vector<GridPosition> verticesFromSigns(const std::vector<Cell>& cells, const Grid& grid,
-                                            std::uint32_t shift) {
-  std::vector<GridPosition> result(cells.size());
+/// The surface of one octree level from its signs alone: coarser cells are larger, and what lies outside the
+/// grid is moved to its border.
+Surface surfaceFromSigns(std::vector<Cell> cells, const Grid& grid, std::uint32_t shift) {
+  std::erase_if(cells, [](const Cell& cell) { return !isActive(cell); });
+  Surface surface;
+  surface.grid = grid;
+  surface.vertices.resize(cells.size());
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const LocalFrame& frame = kLocalFrames[cells[i].corners];
     const std::array<std::int64_t, 3> base{cells[i].x, cells[i].y, cells[i].z};
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const std::int64_t position = (base[axis] * kCell + frame.vertex[axis]) << shift;
-      result[i][axis] = static_cast<std::int32_t>(
+      surface.vertices[i][axis] = static_cast<std::int32_t>(
           std::min<std::int64_t>(position, std::int64_t{grid.nodes[axis] - 1} * kCell));
     }
   }
-  return result;
+  CellIndex index;
+  index.build(cells);
+  surface.quads = dualQuads(cells, index);
+  return surface;
 }
 
 Status counts(const char* what, std::size_t found, std::uint32_t stated) {
@@ -188,51 +193,48 @@ Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
   const Configuration configuration = *state.configuration;
   state.configuration.reset();  // until this packet is decoded whole, nothing can go on from it
 
-  Surface surface;
-  surface.grid = configuration.grid;
-  SignTree<RangeGet, UnknownTruth> tree(surface.grid, {}, header.vertices, state.models.signs);
+  const Grid& grid = configuration.grid;
+  SignTree<RangeGet, UnknownTruth> tree(grid, {}, header.vertices, state.models.signs);
   const std::uint32_t depth = tree.depth();
   const std::uint32_t wanted = std::min(options.level.value_or(depth), depth);
-  std::uint32_t level = 0;  // the level that the tree is at
-  for (std::uint32_t next = 0; next <= wanted; ++next) {
-    const auto sign_bytes = payload.section(SectionKind::kSigns, next),
-               leaf_bytes = payload.section(SectionKind::kLeaves, next);
+  // Where P packets may follow, the rest is decoded too: they go on from it.
+  const bool goes_on = (configuration.tools & kToolPrediction) != 0 && !options.allow_prefix;
+  std::optional<Surface> coarse;
+  for (std::uint32_t level = 0; level <= (goes_on ? depth : wanted); ++level) {
+    const auto sign_bytes = payload.section(SectionKind::kSigns, level),
+               leaf_bytes = payload.section(SectionKind::kLeaves, level);
     if (!sign_bytes || !leaf_bytes) {
-      if (next == 0)
+      if (level == 0)
         return {ErrorCode::kTruncated, "packet: cut before its first level is whole (spec codec 3.2)"};
-      break;
+      return surfaceFromSigns(tree.takeCells(), grid, depth - level + 1);
     }
-    level = next;
     RangeGet signs(*sign_bytes), leaves(*leaf_bytes);
     ISOREEL_TRY(level == 0 ? tree.codeRoot(signs, leaves) : tree.codeLevel(level, signs, leaves));
     if (!signs.finished()) return leftOver("corner signs", level);
     if (!leaves.finished()) return leftOver("leaf bits", level);
     if (tree.cells().empty()) break;
+    if (level == wanted && level < depth) coarse = surfaceFromSigns(tree.cells(), grid, depth - level);
   }
-  const bool whole = level == depth || tree.cells().empty();
-  std::vector<Cell> cells = tree.takeCells();
-  std::erase_if(cells, [](const Cell& cell) { return !isActive(cell); });
-
+  if (coarse && !goes_on) return *std::move(coarse);
   const auto motion_bytes = payload.section(SectionKind::kMotion, 0),
              vertex_bytes = payload.section(SectionKind::kVertices, 0);
-  const bool full = whole && wanted == depth && motion_bytes && vertex_bytes;
+  if (!motion_bytes || !vertex_bytes) return surfaceFromSigns(tree.takeCells(), grid, 0);
+
+  const std::vector<Cell> cells = tree.takeCells();  // of the deepest level: all active
+  if (cells.size() != header.vertices) return counts("active cells", cells.size(), header.vertices);
   state.index.build(cells);
-  if (full) {
-    if (cells.size() != header.vertices) return counts("active cells", cells.size(), header.vertices);
-    const ResidualSteps steps{static_cast<std::int32_t>(header.step),
-                              static_cast<std::int32_t>(header.tangential_step)};
-    surface.vertices.resize(cells.size());
-    if (header.type == PacketType::kIntra) {
-      ISOREEL_TRY(decodeIntraVertices(*vertex_bytes, cells, steps, state.models.vertices, surface));
-    } else {
-      ISOREEL_TRY(decodePredictedVertices(*motion_bytes, *vertex_bytes, cells, state.index, state.reference,
-                                          steps, state.models, surface));
-    }
+  const ResidualSteps steps{static_cast<std::int32_t>(header.step),
+                            static_cast<std::int32_t>(header.tangential_step)};
+  Surface surface;
+  surface.grid = grid;
+  surface.vertices.resize(cells.size());
+  if (header.type == PacketType::kIntra) {
+    ISOREEL_TRY(decodeIntraVertices(*vertex_bytes, cells, steps, state.models.vertices, surface));
   } else {
-    surface.vertices = verticesFromSigns(cells, surface.grid, depth - level);
+    ISOREEL_TRY(decodePredictedVertices(*motion_bytes, *vertex_bytes, cells, state.index, state.reference,
+                                        steps, state.models, surface));
   }
   surface.quads = dualQuads(cells, state.index);
-  if (!full) return surface;
   if (surface.quads.size() != header.faces) return counts("quads", surface.quads.size(), header.faces);
   if (surfaceHash(surface) != header.surface_hash) {
     return {ErrorCode::kBadData, "packet: the decoded surface does not match its hash (spec codec 7)"};
@@ -242,7 +244,7 @@ Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
     state.last = header.number;
     state.configuration = configuration;
   }
-  return surface;
+  return coarse ? *std::move(coarse) : std::move(surface);
 }
 
 }  // namespace isoreel

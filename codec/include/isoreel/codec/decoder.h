@@ -12,7 +12,7 @@ namespace isoreel {
 struct DecodeOptions {
   /// Octree level to stop at: 0 is the root; a level at or above the deepest, or none, gives the full
   /// surface. At a coarser level, cells are larger by a power of two and vertices lie where the signs put
-  /// them.
+  /// them. Where P packets may follow, the packet is decoded whole all the same, and they can go on from it.
   std::optional<std::uint32_t> level;
   /// Take a packet that was cut short, and decode the levels that are whole.
   bool allow_prefix = false;
@@ -30,9 +30,10 @@ class Decoder {
   Decoder& operator=(Decoder&&) noexcept;
   ~Decoder();
 
-  /// Decodes one packet. Errors: kBadData (a rule is broken, a CRC or the surface hash does not agree),
-  /// kTruncated, kUnsupported (a newer version, profile or tool). The full surface is checked against the
-  /// packet's hash.
+  /// Decodes one packet. A P packet must come right after the packet that it is predicted from, decoded by
+  /// this decoder and not as a prefix. Errors: kNotFound (a P packet where that is not so), kBadData (a rule
+  /// is broken, a CRC or the surface hash does not agree), kTruncated, kUnsupported (a newer version, profile
+  /// or tool). The full surface is checked against the packet's hash.
   Result<Surface> decode(ByteSpan packet, const DecodeOptions& options = {});
 
  private:

@@ -13,12 +13,17 @@ class Player {
   explicit Player(PacketSource& source) : source_(source) {}
 
   std::uint64_t frameCount() const { return source_.frameCount(); }
-  /// The surface at `position` < frameCount(); kNotFound above. Errors name the frame.
+  /// The surface at `position` < frameCount(); kNotFound above. A P frame is decoded from its key on, or from
+  /// the frame that was asked for last where that is nearer: forward playback decodes each frame once.
+  /// `options` are for the frame itself; those before it are decoded whole. Errors name the frame.
   Result<Surface> frame(std::uint64_t position, const DecodeOptions& options = {});
 
  private:
+  Result<Surface> decode(std::uint64_t position, const DecodeOptions& options);
+
   PacketSource& source_;
   Decoder decoder_;
+  std::optional<std::uint64_t> last_;  // position of what the decoder can go on from
 };
 
 }  // namespace isoreel
