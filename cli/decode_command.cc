@@ -155,7 +155,7 @@ Status decode(const DecodeCommandOptions& options) {
   }
   const std::optional<std::filesystem::path> index = seriesIndex(options.output);
   if (index) ISOREEL_TRY(mayWrite(*index, options.force));
-  ISOREEL_TRY(frames->mayWriteAll(options.output, options.force));
+  if (!options.discard) ISOREEL_TRY(frames->mayWriteAll(options.output, options.force));
   const ThreadLimit limit(options.jobs);
   Progress progress("decode", frames->total());
   tbb::enumerable_thread_specific<Decoder> decoders;

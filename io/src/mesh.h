@@ -19,9 +19,10 @@ struct Mesh {
 
 using MeshEncoder = Result<std::string>(const Mesh& mesh, const MeshOptions& options);
 
-MeshEncoder plyOf, stlOf;  // mesh_assimp.cc
-MeshEncoder objOf;         // mesh_obj.cc
-MeshEncoder glbOf;         // mesh_glb.cc
-MeshEncoder vtpOf;         // mesh_vtp.cc
+MeshEncoder plyOf;  // mesh_ply.cc
+MeshEncoder objOf;  // mesh_obj.cc
+MeshEncoder stlOf;  // mesh_stl.cc
+MeshEncoder glbOf;  // mesh_glb.cc
+MeshEncoder vtpOf;  // mesh_vtp.cc
 
 }  // namespace isoreel::io

@@ -5,7 +5,7 @@
 #include <zlib.h>
 
 #include <bit>
-#include <iterator>
+#include <limits>
 #include <pugixml.hpp>
 #include <sstream>
 
@@ -60,6 +60,8 @@ std::string arrayTag(const char* type, const char* name, int components, std::si
 }  // namespace
 
 Result<std::string> vtpOf(const Mesh& mesh, const MeshOptions& options) {
+  if (mesh.triangles.size() > std::numeric_limits<std::int32_t>::max() / 3)
+    return {ErrorCode::kLimit, "more triangles than 32-bit numbers in a VTP file can count"};
   Appended arrays;
   std::string text = fmt::format(
       "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" "

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// PLY and STL by Assimp, whose exporters leave vertices and triangles as they are in these two.
+// PLY by Assimp: the one format of ours whose exporter leaves vertices, triangles and normals as they are.
 #include <assimp/scene.h>
 #include <fmt/format.h>
 
@@ -20,7 +20,7 @@ aiVector3D* vectors(const std::vector<std::array<float, 3>>& values) {
 }
 
 // Assimp's scene owns what is new here.
-std::unique_ptr<aiScene> sceneOf(const Mesh& mesh, bool normals) {
+std::unique_ptr<aiScene> sceneOf(const Mesh& mesh) {
   auto scene = std::make_unique<aiScene>();
   scene->mRootNode = new aiNode;
   scene->mRootNode->mMeshes = new unsigned[1]{0};
@@ -33,7 +33,7 @@ std::unique_ptr<aiScene> sceneOf(const Mesh& mesh, bool normals) {
   out->mPrimitiveTypes = aiPrimitiveType_TRIANGLE;
   out->mNumVertices = static_cast<unsigned>(mesh.positions.size());
   out->mVertices = vectors(mesh.positions);
-  if (normals) out->mNormals = vectors(mesh.normals);
+  if (!mesh.normals.empty()) out->mNormals = vectors(mesh.normals);
   out->mNumFaces = static_cast<unsigned>(mesh.triangles.size());
   out->mFaces = new aiFace[mesh.triangles.size()];
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
@@ -42,15 +42,6 @@ std::unique_ptr<aiScene> sceneOf(const Mesh& mesh, bool normals) {
     out->mFaces[i].mIndices = new unsigned[3]{triangle[0], triangle[1], triangle[2]};
   }
   return scene;
-}
-
-Result<std::string> exported(const Mesh& mesh, bool normals, const char* format) {
-  const auto scene = sceneOf(mesh, normals);
-  Assimp::Exporter exporter;
-  const aiExportDataBlob* blob = exporter.ExportToBlob(scene.get(), format, 0u);
-  if (blob == nullptr)
-    return {ErrorCode::kIo, fmt::format("Assimp cannot export it: {}", exporter.GetErrorString())};
-  return std::string(static_cast<const char*>(blob->data), blob->size);
 }
 
 // Assimp refuses a scene without faces, but the frames of a sequence may be empty: then the header is all
@@ -62,24 +53,17 @@ std::string emptyPly(bool normals) {
       "element face 0\nproperty list uchar int vertex_index\nend_header\n",
       normals ? "property float nx\nproperty float ny\nproperty float nz\n" : "");
 }
-std::string emptyStl() {
-  std::string header = "isoreel: no surface in this frame";
-  header.resize(80 + sizeof(std::uint32_t), '\0');
-  return header;
-}
 
 }  // namespace
 
 Result<std::string> plyOf(const Mesh& mesh, const MeshOptions& options) {
   if (mesh.triangles.empty()) return emptyPly(options.normals);
-  return exported(mesh, options.normals, "plyb");
-}
-
-// STL has a normal for each facet and none for vertices. Given those of vertices, Assimp would write their
-// mean.
-Result<std::string> stlOf(const Mesh& mesh, const MeshOptions&) {
-  if (mesh.triangles.empty()) return emptyStl();
-  return exported(mesh, false, "stlb");
+  const auto scene = sceneOf(mesh);
+  Assimp::Exporter exporter;
+  const aiExportDataBlob* blob = exporter.ExportToBlob(scene.get(), "plyb", 0u);
+  if (blob == nullptr)
+    return {ErrorCode::kIo, fmt::format("Assimp cannot export it: {}", exporter.GetErrorString())};
+  return std::string(static_cast<const char*>(blob->data), blob->size);
 }
 
 }  // namespace isoreel::io
