@@ -51,6 +51,13 @@ class ChosenFrames {
     return result;
   }
   std::optional<std::uint64_t> total() const { return total_; }
+  TimeBase timeBase() const { return (reader_ ? reader_->info() : stream_->info()).time_base; }
+  /// Fails when a mesh that is known to come must not be written. Of a pipe, none is known.
+  Status mayWriteAll(const std::string& output, bool force) const {
+    for (std::uint64_t i = range_.begin; reader_ && i < range_.end; ++i)
+      ISOREEL_TRY(mayWrite(frameName(output, reader_->header(i).number), force));
+    return {};
+  }
 
   /// False when there are no more.
   Result<bool> next(Packet& packet) {
@@ -105,16 +112,31 @@ DecodeOptions codecOptions(const DecodeCommandOptions& options, ByteSpan packet)
 
 struct DecodeItem {
   Packet packet;
+  std::filesystem::path path;
   std::size_t vertices = 0, faces = 0;
 };
 
+std::string extensionOf(const std::string& output) {
+  return CLI::detail::to_lower(std::filesystem::path(output).extension().string());
+}
+
 /// Before anything is decoded. "" passes.
 void checkExtension(const std::string& output) {
-  const std::string extension = CLI::detail::to_lower(std::filesystem::path(output).extension().string());
+  const std::string extension = extensionOf(output);
   const std::vector<std::string> known = io::meshExtensions();
   if (output.empty() || std::find(known.begin(), known.end(), extension) != known.end()) return;
   throw CLI::ValidationError("--output",
                              fmt::format("'{}' ends in none of {}", output, fmt::join(known, " ")));
+}
+
+/// ParaView's index of a series of .vtp files: the output's name up to its number ("out/splash_%05d.vtp"
+/// gives "out/splash.pvd"), or "frames.pvd" when nothing stands before it; nothing for other outputs.
+std::optional<std::filesystem::path> seriesIndex(const std::string& output) {
+  if (extensionOf(output) != ".vtp" || !countsFrames(output)) return std::nullopt;
+  const std::filesystem::path start = output.substr(0, output.find('%'));
+  std::string name = start.filename().string();
+  name.erase(name.find_last_not_of("_-. ") + 1);
+  return start.parent_path() / ((name.empty() ? "frames" : name) + ".pvd");
 }
 
 Status decode(const DecodeCommandOptions& options) {
@@ -131,10 +153,17 @@ Status decode(const DecodeCommandOptions& options) {
         "--output",
         fmt::format("'{}' must count frames (out_%05d.ply), or --frames choose one", options.output));
   }
+  const std::optional<std::filesystem::path> index = seriesIndex(options.output);
+  if (index) ISOREEL_TRY(mayWrite(*index, options.force));
+  if (!options.discard) ISOREEL_TRY(frames->mayWriteAll(options.output, options.force));
   const ThreadLimit limit(options.jobs);
   Progress progress("decode", frames->total());
   tbb::enumerable_thread_specific<Decoder> decoders;
   std::uint64_t count = 0, vertices = 0, faces = 0;
+  std::vector<io::SeriesFrame> series;
+  const auto secondsOf = [base = frames->timeBase()](const DecodeItem& item) {
+    return base.seconds(item.packet.header.time);
+  };
   const auto work = [&](DecodeItem& item) -> Status {
     const std::uint64_t number = item.packet.header.number;
     Result<Surface> surface =
@@ -143,11 +172,11 @@ Status decode(const DecodeCommandOptions& options) {
     item.vertices = surface->vertices.size();
     item.faces = surface->quads.size();
     if (options.discard) return {};
-    const std::filesystem::path path = frameName(options.output, number);
+    item.path = frameName(options.output, number);
     std::error_code ignored;
-    ISOREEL_TRY(mayWrite(path, options.force));
-    if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path(), ignored);
-    return io::writeMesh(*surface, path, {.normals = options.normals});
+    ISOREEL_TRY(mayWrite(item.path, options.force));
+    if (item.path.has_parent_path()) std::filesystem::create_directories(item.path.parent_path(), ignored);
+    return io::writeMesh(*surface, item.path, {.normals = options.normals, .seconds = secondsOf(item)});
   };
   ISOREEL_TRY(forEachFrame<DecodeItem>(
       options.jobs, [&](DecodeItem& item) { return frames->next(item.packet); }, work,
@@ -155,11 +184,13 @@ Status decode(const DecodeCommandOptions& options) {
         ++count;
         vertices += item.vertices;
         faces += item.faces;
+        if (index) series.push_back({secondsOf(item), item.path});
         progress.advance();
         return {};
       }));
   progress.clear();
   if (interrupted) return {ErrorCode::kIo, fmt::format("interrupted after {}", counted(count, "frame"))};
+  if (index) ISOREEL_TRY(io::writeSeries(series, *index));
   if (options.json) {
     fmt::print("{}\n",
                nlohmann::ordered_json{
@@ -178,14 +209,19 @@ void addDecodeCommand(CLI::App& app, Action& chosen) {
   CLI::App* verb = app.add_subcommand("decode", "Write the surfaces of an .isr file as meshes");
   const auto options = std::make_shared<DecodeCommandOptions>();
   verb->add_option("input", options->input, "The .isr (or .isr.part) file; - for standard input")->required();
-  verb->add_option("-o,--output", options->output,
-                   "Mesh file, by its extension; %05d counts frames: out/%05d.ply");
+  verb->add_option(
+      "-o,--output", options->output,
+      fmt::format("Mesh file, by its extension ({}); %05d counts frames: out/%05d.ply. A series of "
+                  ".vtp gets an index with its times for ParaView: out/splash_%05d.vtp makes "
+                  "out/splash.pvd, out/%05d.vtp out/frames.pvd",
+                  fmt::join(io::meshExtensions(), " ")));
   verb->add_option("--frames", options->frames,
                    "Only the frames A:B (half-open), A:, :B or A (default: all)");
   verb->add_option(
       "--level", options->level,
       "Coarser surface: octree level from the root (0), or from the finest (-1: cells twice as large)");
-  verb->add_flag("--normals", options->normals, "Write a normal for each vertex");
+  verb->add_flag("--normals", options->normals,
+                 "Write a normal for each vertex (.stl has one for each facet anyway)");
   verb->add_flag("--discard", options->discard, "Decode and write nothing, for timing");
   verb->add_option("--jobs", options->jobs, "Threads, and frames under way at once; 0: one a core")
       ->check(CLI::Range(0, 256));

@@ -18,15 +18,17 @@ namespace fs = std::filesystem;
 
 constexpr int kZstdLevel = 19;
 
-/// The bundled sequence: in the source tree this was built from, or where it was installed.
+/// The bundled sequence: in the source tree this was built from, or beside the program, wherever that was
+/// moved.
 Result<fs::path> bundledSequence() {
   std::error_code ignored;
-  for (const char* root : {ISOREEL_SOURCE_DATA, ISOREEL_INSTALLED_DATA}) {
-    const fs::path folder = fs::path(root) / "droplets";
-    if (fs::is_directory(folder, ignored)) return folder;
+  const fs::path installed =
+      fs::read_symlink("/proc/self/exe", ignored).parent_path() / ISOREEL_DATA_FROM_PROGRAM;
+  for (const fs::path& root : {fs::path(ISOREEL_SOURCE_DATA), installed.lexically_normal()}) {
+    if (fs::is_directory(root / "droplets", ignored)) return root / "droplets";
   }
   return {ErrorCode::kNotFound, fmt::format("the bundled sequence is neither in {} nor in {}",
-                                            ISOREEL_SOURCE_DATA, ISOREEL_INSTALLED_DATA)};
+                                            ISOREEL_SOURCE_DATA, installed.lexically_normal().string())};
 }
 
 /// Prints a step and the command line that does it, then runs that.

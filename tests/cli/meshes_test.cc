@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // decode: which frames, which names, which levels, which formats.
 #include <cmath>
+#include <regex>
 
 #include "support.h"
 
@@ -112,18 +113,87 @@ TEST_F(MeshesTest, VerticesLieOnTheSphere) {
   }
 }
 
-TEST_F(MeshesTest, PlyAndObjHoldTheSame) {
-  ok("isoreel decode seq.isr -o f.obj --frames 1 && isoreel decode seq.isr -o f.ply --frames 1");
-  ok("isoreel decode seq.isr -o n.ply --frames 1 --normals");
-  const Mesh mesh = parseObj(content("f.obj"));
-  const std::string ply = content("f.ply"), with_normals = content("n.ply");
-  const auto counts = fmt::format("element vertex {}\n", mesh.vertices.size());
-  EXPECT_TRUE(ply.starts_with("ply\nformat binary_little_endian 1.0\n"));
-  EXPECT_NE(ply.find(counts), std::string::npos);
-  EXPECT_NE(ply.find(fmt::format("element face {}\n", mesh.faces.size())), std::string::npos);
-  EXPECT_EQ(ply.find("nx"), std::string::npos);
-  EXPECT_NE(with_normals.find("nx"), std::string::npos);
-  EXPECT_EQ(mesh.normals.size(), 0u);
+// Every format gets the level and the normals; what is in each is tested in tests/io.
+TEST_F(MeshesTest, AllFormatsHoldTheSame) {
+  for (const char* format : {"obj", "ply", "stl", "glb", "vtp"}) {
+    for (const char* normals : {"", "--normals"})
+      ok(fmt::format("isoreel decode seq.isr -o {0}{1}.{0} --frames 1 --level -1 {1}", format, normals));
+  }
+  const Mesh mesh = parseObj(content("obj.obj"));
+  const std::size_t vertices = mesh.vertices.size(), faces = mesh.faces.size();
+  EXPECT_TRUE(mesh.normals.empty());
+  EXPECT_EQ(parseObj(content("obj--normals.obj")).normals.size(), vertices);
+  for (const char* normals : {"", "--normals"}) {
+    const auto text = [&](const char* format) { return content(fmt::format("{0}{1}.{0}", format, normals)); };
+    const bool has = *normals != '\0';
+    EXPECT_TRUE(text("ply").starts_with("ply\nformat binary_little_endian 1.0\n"));
+    EXPECT_NE(text("ply").find(fmt::format("element vertex {}\n", vertices)), std::string::npos);
+    EXPECT_NE(text("ply").find(fmt::format("element face {}\n", faces)), std::string::npos);
+    EXPECT_EQ(text("ply").find("nx") != std::string::npos, has);
+    EXPECT_EQ(text("stl").size(), 84 + 50 * faces);
+    EXPECT_NE(text("glb").find(fmt::format("\"count\":{},", vertices)), std::string::npos);
+    EXPECT_NE(text("glb").find(fmt::format("\"count\":{},", 3 * faces)), std::string::npos);
+    EXPECT_EQ(text("glb").find("\"NORMAL\"") != std::string::npos, has);
+    EXPECT_NE(text("vtp").find(fmt::format("NumberOfPoints=\"{}\"", vertices)), std::string::npos);
+    EXPECT_NE(text("vtp").find(fmt::format("NumberOfPolys=\"{}\"", faces)), std::string::npos);
+    EXPECT_EQ(text("vtp").find("\"Normals\"") != std::string::npos, has);
+  }
+}
+
+/// The (time, file) pairs of a ParaView collection.
+std::vector<std::pair<double, std::string>> seriesOf(const std::string& text) {
+  std::vector<std::pair<double, std::string>> result;
+  const std::regex entry("timestep=\"([^\"]*)\" file=\"([^\"]*)\"");
+  for (std::sregex_iterator i(text.begin(), text.end(), entry), end; i != end; ++i)
+    result.emplace_back(std::stod((*i)[1]), (*i)[2]);
+  return result;
+}
+
+TEST_F(MeshesTest, SeriesForParaViewHasExactTimes) {
+  write("times", "-1/3\n0\n1/7\n1\n1001/30\n40\n50\n1000\n");
+  ok("isoreel encode seq.json -o timed.isr --iso 0 --times times");
+  using Series = std::vector<std::pair<double, std::string>>;
+  ok("isoreel decode timed.isr -o out/run_%03d.vtp --frames 2:5");
+  EXPECT_EQ(list("out"), (Names{"run.pvd", "run_002.vtp", "run_003.vtp", "run_004.vtp"}));
+  EXPECT_EQ(seriesOf(content("out/run.pvd")),
+            (Series{{1.0 / 7, "run_002.vtp"}, {1, "run_003.vtp"}, {1001.0 / 30, "run_004.vtp"}}));
+  EXPECT_NE(content("out/run_002.vtp")
+                .find(fmt::format("\"TimeValue\" NumberOfTuples=\"1\" format=\"ascii\">{}<", 1.0 / 7)),
+            std::string::npos);
+  ok("cat timed.isr | isoreel decode - -o pipe/run_%03d.vtp --frames 2:5 && diff -r out pipe");
+  ok("isoreel decode timed.isr -o all/%d.VTP");
+  ASSERT_EQ(list("all").size(), 9u);
+  const Series all = seriesOf(content("all/frames.pvd"));
+  ASSERT_EQ(all.size(), 8u);
+  EXPECT_EQ(all[0], std::make_pair(-1.0 / 3, std::string("0.VTP")));
+  ok("isoreel decode timed.isr -o steps/f%d/mesh.vtp --frames 1:3");
+  EXPECT_EQ(seriesOf(content("steps/f.pvd")), (Series{{0, "f1/mesh.vtp"}, {1.0 / 7, "f2/mesh.vtp"}}));
+  ok("isoreel decode timed.isr -o here-%d.vtp --frames 3");
+  EXPECT_EQ(seriesOf(content("here.pvd")), (Series{{1, "here-3.vtp"}}));
+  ok("isoreel decode timed.isr -o one/mesh.vtp --frames 3");
+  EXPECT_EQ(list("one"), (Names{"mesh.vtp"}));
+  ok("isoreel decode timed.isr -o ply/%d.ply --frames 3:5");
+  EXPECT_EQ(list("ply"), (Names{"3.ply", "4.ply"}));
+}
+
+TEST_F(MeshesTest, SeriesThatIsThereStays) {
+  ok("mkdir out");
+  write("out/frames.pvd", "mine");
+  fails("isoreel decode seq.isr -o out/%d.vtp", 1, "frames.pvd: is there already (--force replaces it)");
+  EXPECT_EQ(list("out"), (Names{"frames.pvd"}));
+  EXPECT_EQ(content("out/frames.pvd"), "mine");
+  ok("isoreel decode seq.isr -o out/%d.vtp --force");
+  EXPECT_EQ(seriesOf(content("out/frames.pvd")).size(), 8u);
+}
+
+// The index comes last: a series that broke off has none.
+TEST_F(MeshesTest, BrokenSeriesHasNoIndex) {
+  std::string bytes = content("seq.isr");
+  bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
+  write("bad.isr", bytes);
+  const Outcome outcome = sh("isoreel decode bad.isr -o out/%d.vtp --jobs 1");
+  EXPECT_EQ(outcome.code, 1);
+  for (const std::string& name : list("out")) EXPECT_TRUE(name.ends_with(".vtp")) << name;
 }
 
 TEST_F(MeshesTest, EmptyFramesAreEmptyMeshes) {
@@ -149,6 +219,17 @@ TEST_F(MeshesTest, MeshesThatAreThereStay) {
   EXPECT_EQ(content("3.ply"), "mine");
   ok("isoreel decode seq.isr -o %d.ply --frames 3 --force");
   EXPECT_TRUE(content("3.ply").starts_with("ply"));
+}
+
+TEST_F(MeshesTest, NothingIsWrittenWhenOneMeshIsThere) {
+  ok("mkdir out");
+  for (const char* format : {"ply", "obj", "stl", "glb", "vtp"}) {
+    write(fmt::format("out/6.{}", format), "mine");
+    fails(fmt::format("isoreel decode seq.isr -o out/%d.{}", format), 1, "is there already (--force");
+    EXPECT_EQ(list("out"), (Names{fmt::format("6.{}", format)}));
+    EXPECT_EQ(content(fmt::format("out/6.{}", format)), "mine");
+    ok("rm out/*");
+  }
 }
 
 TEST_F(MeshesTest, TheNameOfTheInputDoesNotMatter) {

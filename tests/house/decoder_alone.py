@@ -29,7 +29,7 @@ def main():
     with open(commands, encoding="utf-8") as file:
         entries = json.load(file)
     for entry in entries:
-        objects = re.search(r"/(isoreel_(?:base|container|codec_decode))\.dir/", entry.get("command", ""))
+        objects = re.search(r"/(isoreel_(?:base|container_objects|codec_decode))\.dir/", entry.get("command", ""))
         if not objects:
             continue
         checked += 1
