@@ -30,10 +30,14 @@ Status checkGrid(const Grid& grid) {
 }
 
 std::vector<Triangle> Surface::triangles() const {
-  std::vector<Triangle> result;
-  result.reserve(quads.size() * 2);
-  forEachTriangle(*this,
-                  [&](const Triangle& t, const Vec3d&, const Vec3d&, const Vec3d&) { result.push_back(t); });
+  const bool flip = determinant(grid) < 0;
+  const std::vector<Vec3d> world = worldPositions(*this);
+  std::vector<Triangle> result(quads.size() * 2);
+  for (std::size_t i = 0; i < quads.size(); ++i) {
+    const std::array<Triangle, 2> two = split(quads[i], world, flip);
+    result[2 * i] = two[0];
+    result[2 * i + 1] = two[1];
+  }
   return result;
 }
 
