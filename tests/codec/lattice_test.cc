@@ -194,7 +194,7 @@ TEST(LocalFrames, AreThoseOfTheSpecification) {
   EXPECT_EQ(found.str(), expected.str());
 }
 
-TEST(DualMesh, CountsWhatItMakes) {
+TEST(DualMesh, AgreesWithTheReference) {
   for (const made::Made& m : made::all()) {
     const made::Reference reference = made::reference(m, made::depthOf(m.volume.grid));
     std::vector<Cell> cells;
@@ -204,7 +204,6 @@ TEST(DualMesh, CountsWhatItMakes) {
     }
     CellIndex index;
     index.build(cells);
-    EXPECT_EQ(countQuads(cells), reference.quads.size()) << m.name;
     EXPECT_EQ(dualQuads(cells, index), reference.quads) << m.name;
   }
 }
