@@ -10,16 +10,18 @@
 
 namespace isoreel {
 
-/// From the lowest corner of the cell, in steps of its children's lattice: each 0 to 2.
-struct NewNode {
+/// A node, from the lowest corner of the cell, in steps of its children's lattice: each 0 to 2.
+struct alignas(8) NewNode {
   std::uint8_t x, y, z;
-  std::uint8_t shift;   // of the 3×3 nodes around it in the cell's windows
+  std::uint8_t window;  // the first of three that SignBlock::around takes, from the cell's first
+  std::uint8_t shift;   // and how far the lowest node around lies in it
   std::uint8_t corner;  // of the cell: a leaf beside the cell on which the node lies has this corner too
 
   constexpr NewNode(int dx, int dy, int dz)
       : x(static_cast<std::uint8_t>(dx)),
         y(static_cast<std::uint8_t>(dy)),
         z(static_cast<std::uint8_t>(dz)),
+        window(static_cast<std::uint8_t>(SignBlock::kNextPlane * dz)),
         shift(static_cast<std::uint8_t>(SignWindow::kLane * dy + dx)),
         corner(static_cast<std::uint8_t>(dx >> 1 | dy >> 1 << 1 | dz >> 1 << 2)) {}
 };
@@ -128,6 +130,16 @@ inline std::uint64_t cornersOfChildren(std::uint64_t signs) {
   const std::uint64_t low = kLower[signs & 511], middle = kLower[signs >> SignWindow::kLane & 511],
                       high = kLower[signs >> 2 * SignWindow::kLane & 511];
   return low | middle << 2 | (middle | high << 2) << 16;
+}
+
+/// Which of eight children are active: a bit each, from their corners, a byte each.
+inline std::uint32_t activeChildren(std::uint64_t corners) {
+  constexpr std::uint64_t kLow = 0x7F7F7F7F7F7F7F7F;
+  const auto filled = [](std::uint64_t v) {
+    return ((v & kLow) + kLow) | v;
+  };  // bit 7 of each byte that is not 0
+  return static_cast<std::uint32_t>((filled(corners) & filled(~corners) & ~kLow) / 128 * 0x0102040810204080 >>
+                                    56);
 }
 
 }  // namespace isoreel

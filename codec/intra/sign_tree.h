@@ -79,9 +79,11 @@ class SignTree {
     const LevelLattice parents(grid_, level - 1), lattice(grid_, level);
     index_.build(cells_);
     children_.clear();
+    children_.reserve(std::min(max_cells_, 8 * cells_.size()));
     seed(lattice);
     const bool deepest = level == depth_;
     for (std::uint32_t number = 0; number < blocks_.size(); ++number) {
+      lookAround(index_.bricks()[number]);
       pull(number, 0);
       codeSigns(number, parents, lattice, signs);
       if constexpr (!Coder::kPuts) {
@@ -91,6 +93,7 @@ class SignTree {
       if (deepest) ISOREEL_TRY(addChildren(number, level, lattice, leaves));
     }
     for (std::uint32_t number = 0; number < blocks_.size() && !deepest; ++number) {
+      lookAround(index_.bricks()[number]);
       pull(number, number + 1);
       ISOREEL_TRY(addChildren(number, level, lattice, leaves));
       if constexpr (!Coder::kPuts) {
@@ -123,24 +126,30 @@ class SignTree {
     }
   }
 
-  // Calls visit(number, dx, dy, dz) for the bricks around one, itself included.
-  template <class Visit>
-  void forEachAround(const CellIndex::Brick& brick, Visit visit) const {
+  // Finds the bricks around one; in pull() and codeSigns(), `around_` is theirs.
+  void lookAround(const CellIndex::Brick& brick) {
+    around_count_ = 0;
     for (int dz = -1; dz <= 1; ++dz) {
       for (int dy = -1; dy <= 1; ++dy) {
         for (int dx = -1; dx <= 1; ++dx) {
           const std::uint32_t number = index_.brickAt(brick.x + dx, brick.y + dy, brick.z + dz);
-          if (number != BrickMap::kNone) visit(number, dx, dy, dz);
+          around_[around_count_] = {number, dx, dy, dz};
+          around_count_ += number != BrickMap::kNone;
         }
       }
     }
   }
+  struct Neighbour {
+    std::uint32_t number;
+    int dx, dy, dz;
+  };
+  std::span<const Neighbour> around() const { return std::span(around_).first(around_count_); }
 
   // Brings what the bricks around know into a brick's block, from those with numbers of at least `from`.
   void pull(std::uint32_t number, std::uint32_t from) {
-    forEachAround(index_.bricks()[number], [&](std::uint32_t other, int dx, int dy, int dz) {
+    for (const auto& [other, dx, dy, dz] : around()) {
       if (other >= from && other != number) blocks_[number].pull(blocks_[other], dx, dy, dz);
-    });
+    }
   }
 
   // The cells around the brick that are in the grid.
@@ -165,10 +174,10 @@ class SignTree {
     const CellIndex::Brick& brick = index_.bricks()[number];
     SignBlock& block = blocks_[number];
     CellBlock cells, done;  // done: their nodes are known
-    forEachAround(brick, [&](std::uint32_t other, int dx, int dy, int dz) {
+    for (const auto& [other, dx, dy, dz] : around()) {
       cells.add(index_.bricks()[other].rows, dx, dy, dz);
       if (other < number) done.add(index_.bricks()[other].rows, dx, dy, dz);
-    });
+    }
     const CellBlock undivided = cellsInGrid(brick, parents).without(cells);
     for (std::uint32_t i = brick.first; i < brick.first + brick.count; ++i) {
       const Cell& cell = cells_[i];
@@ -179,11 +188,12 @@ class SignTree {
       const std::uint32_t beside_leaf = newNodesOn(undivided.around(x, y, z));
       SignWindow* const windows = block.windows(y, z);
       for (std::uint32_t left = nodes; left != 0; left &= left - 1) {
-        const NewNode& node = kNewNodes[static_cast<std::size_t>(std::countr_zero(left))];
-        SignWindow* const at = windows + node.z * SignBlock::kNextPlane;
+        const int which = std::countr_zero(left);
+        const NewNode& node = kNewNodes[static_cast<std::size_t>(which)];
+        SignWindow* const at = windows + node.window;
         const int shift = node.shift + 2 * x;
         bool sign;
-        if (beside_leaf & left & (0 - left)) {
+        if (beside_leaf >> which & 1) {
           // The node also lies on a cell of this level that is not divided: its sign is that of the corners
           // they share.
           sign = (cell.corners >> node.corner & 1) != 0;
@@ -218,23 +228,26 @@ class SignTree {
       const std::uint32_t in_grid = (2 * cell.x + 1 >= lattice.cells[0] ? 0x55u : 0xFFu) &
                                     (2 * cell.y + 1 >= lattice.cells[1] ? 0x33u : 0xFFu) &
                                     (2 * cell.z + 1 >= lattice.cells[2] ? 0x0Fu : 0xFFu);
-      for (std::uint32_t c = 0; c < 8; ++c) {
-        Cell& child = made_[count];
-        child = {static_cast<std::uint16_t>(2 * cell.x + (c & 1)),
-                 static_cast<std::uint16_t>(2 * cell.y + (c >> 1 & 1)),
-                 static_cast<std::uint16_t>(2 * cell.z + (c >> 2)),
-                 static_cast<std::uint8_t>(corners >> 8 * c)};
-        bool kept = (in_grid >> c & 1) != 0;
-        if (level == depth_) {
-          kept &= isActive(child);
-        } else if (kept && !isActive(child)) {
+      const auto child = [&](std::uint32_t c) {
+        return Cell{static_cast<std::uint16_t>(2 * cell.x + (c & 1)),
+                    static_cast<std::uint16_t>(2 * cell.y + (c >> 1 & 1)),
+                    static_cast<std::uint16_t>(2 * cell.z + (c >> 2)),
+                    static_cast<std::uint8_t>(corners >> 8 * c)};
+      };
+      std::uint32_t kept = activeChildren(corners) & in_grid;
+      if (level < depth_) {
+        for (std::uint32_t leaf = in_grid & ~kept; leaf != 0; leaf &= leaf - 1) {
+          const std::uint32_t c = static_cast<std::uint32_t>(std::countr_zero(leaf));
           const auto [known, inside] = SignBlock::count(
               windows + (c >> 2) * SignBlock::kNextPlane,
               SignWindow::kLane * static_cast<int>(c >> 1 & 1) + 2 * x + static_cast<int>(c & 1));
-          BitModel& model = leaf_models_.at(known, inside, child.corners != 0, depth_ - level);
-          kept = leaves.code(model, truth_.divided(level, child));
+          BitModel& model = leaf_models_.at(known, inside, (corners >> 8 * c & 1) != 0, depth_ - level);
+          kept |= std::uint32_t{leaves.code(model, truth_.divided(level, child(c)))} << c;
         }
-        count += kept;
+      }
+      for (std::uint32_t c = 0; c < 8; ++c) {
+        made_[count] = child(c);
+        count += kept >> c & 1;
       }
     }
     children_.insert(children_.end(), made_.begin(), made_.begin() + static_cast<std::ptrdiff_t>(count));
@@ -252,7 +265,9 @@ class SignTree {
   std::vector<Cell> cells_;
   std::vector<Cell> children_;
   CellIndex index_;
-  std::vector<SignBlock> blocks_;                   // one for each brick of index_
+  std::vector<SignBlock> blocks_;     // one for each brick of index_
+  std::array<Neighbour, 28> around_;  // of the brick at hand, itself included
+  std::size_t around_count_ = 0;
   std::array<Cell, std::size_t{8} * 64 + 1> made_;  // the children of a brick, and the one that is not kept
   SignModels sign_models_;
   LeafModels leaf_models_;

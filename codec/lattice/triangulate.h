@@ -27,11 +27,12 @@ inline std::vector<Vec3d> worldPositions(const Surface& surface) {
   return result;
 }
 
-/// A quad's two triangles as Surface::triangles() has them; `world` holds the positions of all vertices,
-/// `flip` tells that the grid mirrors. No branch on the diagonal: it is anybody's guess.
-inline std::array<Triangle, 2> split(const Quad& quad, const std::vector<Vec3d>& world, bool flip) {
+/// A quad's two triangles as Surface::triangles() has them; world(i) gives the position of a vertex, `flip`
+/// tells that the grid mirrors. No branch on the diagonal: it is anybody's guess.
+template <class World>
+std::array<Triangle, 2> split(const Quad& quad, const World& world, bool flip) {
   const auto [a, b, c, d] = quad;
-  const bool along_ac = squaredLength(minus(world[a], world[c])) <= squaredLength(minus(world[b], world[d]));
+  const bool along_ac = squaredLength(minus(world(a), world(c))) <= squaredLength(minus(world(b), world(d)));
   const std::uint32_t last = along_ac ? c : d, first = along_ac ? a : b;
   return {flip ? Triangle{a, last, b} : Triangle{a, b, last},
           flip ? Triangle{first, d, c} : Triangle{first, c, d}};
@@ -43,7 +44,9 @@ void forEachTriangle(const Surface& surface, Visit visit) {
   const bool flip = determinant(surface.grid) < 0;
   const std::vector<Vec3d> world = worldPositions(surface);
   for (const Quad& quad : surface.quads) {
-    for (const Triangle& t : split(quad, world, flip)) visit(t, world[t[0]], world[t[1]], world[t[2]]);
+    for (const Triangle& t : split(
+             quad, [&](std::uint32_t i) -> const Vec3d& { return world[i]; }, flip))
+      visit(t, world[t[0]], world[t[1]], world[t[2]]);
   }
 }
 

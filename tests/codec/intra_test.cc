@@ -198,6 +198,17 @@ TEST(NewNodes, MakeTheCornersOfChildren) {
       }
     }
     ASSERT_EQ(cornersOfChildren(signsInGrid(signs, room)), corners);
+    std::uint64_t uniform = corners;  // some children with corners that agree
+    for (int child = 0; child < 8; ++child) {
+      if (random() % 2 == 0) continue;
+      uniform &= ~(std::uint64_t{0xFF} << 8 * child);
+      if (random() % 2 == 0) uniform |= std::uint64_t{0xFF} << 8 * child;
+    }
+    for (int child = 0; child < 8; ++child) {
+      Cell cell;
+      cell.corners = static_cast<std::uint8_t>(uniform >> 8 * child);
+      ASSERT_EQ(activeChildren(uniform) >> child & 1, std::uint32_t{isActive(cell)});
+    }
   }
 }
 

@@ -214,7 +214,7 @@ TEST_F(SignBlocks, AgreeWithAMap) {
         for (const NewNode& node : kNewNodes) {
           const Place at{8 * brick[0] + 2 * x + node.x, 8 * brick[1] + 2 * y + node.y,
                          8 * brick[2] + 2 * z + node.z};
-          SignBlock::setMiddle(windows + node.z * SignBlock::kNextPlane, node.shift + 2 * x, sign(at));
+          SignBlock::setMiddle(windows + node.window, node.shift + 2 * x, sign(at));
           expected_[at] = sign(at);
         }
         block(brick).share(y, z);
@@ -233,8 +233,7 @@ TEST_F(SignBlocks, AnswerAsNodeByNode) {
   for (int cell = 0; cell < 64; ++cell) {
     const int x = cell & 3, y = cell >> 2 & 3, z = cell >> 4;
     for (const NewNode& node : kNewNodes) {
-      const SignWindow around =
-          SignBlock::around(b.windows(y, z) + node.z * SignBlock::kNextPlane, node.shift + 2 * x);
+      const SignWindow around = SignBlock::around(b.windows(y, z) + node.window, node.shift + 2 * x);
       for (int bit = 0; bit < 27; ++bit) {
         const Place at{2 * x + node.x + bit % 3 - 1, 2 * y + node.y + bit / 9 - 1,
                        2 * z + node.z + bit / 3 % 3 - 1};
