@@ -16,8 +16,10 @@ Result<Surface> Player::frame(std::uint64_t position, const DecodeOptions& optio
   }
   std::uint64_t next = position - back;
   if (last_ && *last_ >= next && *last_ < position) next = *last_ + 1;
+  DecodeOptions whole;
+  whole.max_vertices = options.max_vertices;
   for (; next < position; ++next) {
-    const Result<Surface> before = decode(next, {.max_vertices = options.max_vertices});
+    const Result<Surface> before = decode(next, whole);
     if (!before.ok()) return before.status().at("frame " + std::to_string(wanted.number) + " needs");
   }
   return decode(position, options);

@@ -4,37 +4,26 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "entropy/range_coder.h"
-#include "lattice/sign_lattice.h"
+#include "lattice/sign_block.h"
 
 namespace isoreel {
 
-// Bits of SignBlock::neighbours: the nodes around the middle one across a face, an edge or a corner.
-inline constexpr std::uint32_t kFaceNeighbours =
-    1u << 4 | 1u << 10 | 1u << 12 | 1u << 14 | 1u << 16 | 1u << 22;
-inline constexpr std::uint32_t kCornerNeighbours =
-    1u << 0 | 1u << 2 | 1u << 6 | 1u << 8 | 1u << 18 | 1u << 20 | 1u << 24 | 1u << 26;
-inline constexpr std::uint32_t kEdgeNeighbours =
-    ((1u << 27) - 1) & ~(kFaceNeighbours | kCornerNeighbours | 1u << 13);
-
-/// Known inside minus known outside among the masked neighbours.
-inline int balance(std::uint32_t known, std::uint32_t inside, std::uint32_t mask) {
-  return std::popcount(inside & mask) - std::popcount(known & ~inside & mask);
-}
-
 /// The models of corner signs. A context is the state (inside, outside, unknown) of each of the six face
-/// neighbours, and the clamped balances of the edge and corner neighbours. Each model starts from the vote of
-/// its own context.
+/// neighbours, and the clamped balances (known inside minus known outside) of the edge and corner neighbours.
+/// Each model starts from the vote of its own context.
 class SignModels {
  public:
   SignModels() : models_(initial().begin(), initial().end()) {}
   void reset() { std::copy(initial().begin(), initial().end(), models_.begin()); }
 
-  BitModel& at(std::uint32_t known, std::uint32_t inside) { return models_[context(known, inside)]; }
+  /// `known` and `inside`: of the 3×3×3 nodes around, bit (dx + 1) + 3 (dz + 1) + 12 (dy + 1): three planes
+  /// of a SignWindow, interleaved.
+  BitModel& at(std::uint64_t known, std::uint64_t inside) { return models_[context(known, inside)]; }
 
  private:
   static constexpr int kEdgeClamp = 4;
@@ -43,31 +32,57 @@ class SignModels {
   static constexpr std::size_t kCornerStates = 2 * kCornerClamp + 1;
   static constexpr std::size_t kContexts = 729 * kEdgeStates * kCornerStates;
 
-  static std::size_t context(std::uint32_t known, std::uint32_t inside) {
-    const auto faces = [](std::uint32_t bits) {
-      return (bits >> 4 & 1) | (bits >> 10 & 1) << 1 | (bits >> 12 & 1) << 2 | (bits >> 14 & 1) << 3 |
-             (bits >> 16 & 1) << 4 | (bits >> 22 & 1) << 5;
-    };
-    const std::size_t states = kPowers[faces(known)] + kPowers[faces(inside)];
-    const int edges =
-        std::clamp(balance(known, inside, kEdgeNeighbours), -kEdgeClamp, kEdgeClamp) + kEdgeClamp;
-    const int corners =
-        std::clamp(balance(known, inside, kCornerNeighbours), -kCornerClamp, kCornerClamp) + kCornerClamp;
-    return (states * kEdgeStates + static_cast<std::size_t>(edges)) * kCornerStates +
-           static_cast<std::size_t>(corners);
-  }
-
-  // Sum of 3^i over the bits set: a neighbour counts 0 when unknown, 1 when outside, 2 when inside.
-  static constexpr auto kPowers = [] {
-    std::array<std::uint16_t, 64> sums{};
-    for (std::size_t bits = 0; bits < 64; ++bits) {
-      int power = 1;
-      for (int i = 0; i < 6; ++i, power *= 3) {
-        if (bits >> i & 1) sums[bits] = static_cast<std::uint16_t>(sums[bits] + power);
+  // What nine nodes with the same dy add to the sum that tells the context: the states of the face neighbours
+  // (a number to base 3; 0 unknown, 1 outside, 2 inside) times kEdgeStates · kCornerStates from bit 0, the
+  // balance of the edge neighbours from bit 16, that of the corner neighbours from bit 21. A known node adds
+  // as if it were outside, an inside one what brings it from there to inside.
+  struct Sums {
+    std::array<std::array<std::uint32_t, 512>, 3> known;
+    std::array<std::array<std::uint32_t, 512>, 3> inside;
+  };
+  static constexpr int kEdgeBit = 16, kCornerBit = 21;
+  static constexpr std::uint32_t kBalanced = 12u << kEdgeBit | 8u << kCornerBit;  // so that none goes below 0
+  static constexpr Sums kSums = [] {
+    Sums sums{};
+    std::uint32_t state = kEdgeStates * kCornerStates;  // of the next face neighbour, in the order z, y, x
+    std::array<std::array<std::uint32_t, 9>, 3> faces{};
+    for (const auto& [dy, node] : {std::pair{1, 1}, {0, 4}, {1, 3}, {1, 5}, {2, 4}, {1, 7}}) {
+      faces[static_cast<std::size_t>(dy)][static_cast<std::size_t>(node)] = state;
+      state *= 3;
+    }
+    for (std::size_t dy = 0; dy < 3; ++dy) {
+      for (std::uint32_t node = 0; node < 9; ++node) {
+        const int axes = (dy != 1) + (node % 3 != 1) + (node / 3 != 1);  // along which it differs
+        const std::uint32_t unit = axes == 2 ? 1u << kEdgeBit : axes == 3 ? 1u << kCornerBit : 0;
+        for (std::uint32_t others = 0; others < 1u << node; ++others) {
+          const std::uint32_t set = others | 1u << node;
+          sums.known[dy][set] = sums.known[dy][others] + faces[dy][node] - unit;
+          sums.inside[dy][set] = sums.inside[dy][others] + faces[dy][node] + 2 * unit;
+        }
       }
     }
     return sums;
   }();
+  // Both balances clamped, by what stands in the sum from kEdgeBit.
+  static constexpr auto kClamped = [] {
+    std::array<std::uint8_t, 17 << (kCornerBit - kEdgeBit)> clamped{};
+    for (std::size_t i = 0; i < clamped.size(); ++i) {
+      const int edges = static_cast<int>(i % 32) - 12, corners = static_cast<int>(i / 32) - 8;
+      clamped[i] = static_cast<std::uint8_t>(
+          static_cast<std::size_t>(std::clamp(edges, -kEdgeClamp, kEdgeClamp) + kEdgeClamp) * kCornerStates +
+          static_cast<std::size_t>(std::clamp(corners, -kCornerClamp, kCornerClamp) + kCornerClamp));
+    }
+    return clamped;
+  }();
+
+  static std::size_t context(std::uint64_t known, std::uint64_t inside) {
+    std::uint32_t sum = kBalanced;
+    for (std::size_t dy = 0; dy < 3; ++dy) {
+      sum += kSums.known[dy][known >> (SignWindow::kLane * dy) & 511];
+      sum += kSums.inside[dy][inside >> (SignWindow::kLane * dy) & 511];
+    }
+    return (sum & 0xFFFF) + kClamped[sum >> kEdgeBit];
+  }
 
   // Faces weigh 4, edges 2, corners 1 in the vote; a unit of it moves the first probability by 1/40.
   static const std::array<BitModel, kContexts>& initial() {
@@ -96,11 +111,11 @@ class LeafModels {
  public:
   void reset() { models_.fill(BitModel{}); }
 
-  /// `around` and `around_inside`: known and inside bits of the 4×4×4 nodes around the child, as popcounts
-  /// can take them; `levels_below`: octree levels under the child's.
-  BitModel& at(std::uint64_t around, std::uint64_t around_inside, bool sign, std::uint32_t levels_below) {
-    const int other = std::popcount(sign ? around & ~around_inside : around_inside);
-    const int unknown = 64 - std::popcount(around);
+  /// `known` and `inside`: how many of the 4×4×4 nodes around the child are known, and inside;
+  /// `levels_below`: octree levels under the child's.
+  BitModel& at(std::uint32_t known, std::uint32_t inside, bool sign, std::uint32_t levels_below) {
+    const std::uint32_t other = sign ? known - inside : inside;
+    const std::uint32_t unknown = 64 - known;
     const std::size_t others = other == 0   ? 0
                                : other == 1 ? 1
                                : other == 2 ? 2

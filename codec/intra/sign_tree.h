@@ -7,8 +7,13 @@
 #include <isoreel/base/status.h>
 #include <isoreel/codec/grid.h>
 
+#include <bit>
+
+#include "intra/new_nodes.h"
 #include "intra/sign_context.h"
+#include "lattice/cell_block.h"
 #include "lattice/cell_index.h"
+#include "lattice/sign_block.h"
 
 namespace isoreel {
 
@@ -74,158 +79,24 @@ class SignTree {
   Status codeLevel(std::uint32_t level, Coder& signs, Coder& leaves) {
     const LevelLattice parents(grid_, level - 1), lattice(grid_, level);
     index_.build(cells_);
-    lattice_.clear();
+    children_.clear();
+    children_.reserve(std::min(max_cells_, 8 * cells_.size()));
     seed(lattice);
-    for (const CellIndex::Brick& brick : index_.bricks()) {
-      codeSigns(brick, parents, lattice, signs);
+    const bool deepest = level == depth_;
+    for (std::uint32_t number = 0; number < blocks_.size(); ++number) {
+      lookAround(index_.bricks()[number]);
+      pull(number, 0);
+      codeSigns(number, parents, lattice, signs);
       if constexpr (!Coder::kPuts) {
         if (signs.overrun()) return tooShort("corner signs", level);
       }
+      // No leaf bits there: the children follow from the signs while these are at hand.
+      if (deepest) ISOREEL_TRY(addChildren(number, level, lattice, leaves));
     }
-    return codeChildren(level, lattice, leaves);
-  }
-
- private:
-  static Status tooShort(const char* what, std::uint32_t level) {
-    return {ErrorCode::kTruncated,
-            std::string(what) + " of level " + std::to_string(level) + " end too early (spec codec 4.2)"};
-  }
-
-  // Brings the signs of the parents' corners onto the lattice of their children.
-  void seed(const LevelLattice& lattice) {
-    SignBlock block;
-    for (const CellIndex::Brick& brick : index_.bricks()) {
-      block.known.fill(0);
-      block.inside.fill(0);
-      for (std::uint32_t i = brick.first; i < brick.first + brick.count; ++i) {
-        const Cell& cell = cells_[i];
-        for (int corner = 0; corner < 8; ++corner) {
-          const int x = 2 * (cell.x + (corner & 1)), y = 2 * (cell.y + (corner >> 1 & 1)),
-                    z = 2 * (cell.z + (corner >> 2));
-          if (x > lattice.last[0] || y > lattice.last[1] || z > lattice.last[2]) continue;
-          block.set(x - 8 * brick.x, y - 8 * brick.y, z - 8 * brick.z, (cell.corners >> corner & 1) != 0);
-        }
-      }
-      lattice_.store(brick.x, brick.y, brick.z, block);
-    }
-  }
-
-  // Which of the cells around a brick of parents are in the grid and not divided: 6×6 rows along x, from -1
-  // to 4.
-  struct Absent {
-    std::array<std::uint8_t, 36> rows{};
-
-    // The 3×3×3 cells around one of the brick's, in the order of SignBlock::neighbours.
-    std::uint32_t around(int x, int y, int z) const {
-      std::uint32_t bits = 0;
-      for (int dz = 0, shift = 0; dz < 3; ++dz) {
-        for (int dy = 0; dy < 3; ++dy, shift += 3) {
-          bits |= ((std::uint32_t{rows[static_cast<std::size_t>((z + dz) * 6 + y + dy)]} >> x) & 7u) << shift;
-        }
-      }
-      return bits;
-    }
-  };
-  Absent absent(const CellIndex::Brick& brick, const LevelLattice& parents) const {
-    Absent result;
-    const auto inGrid = [](std::int32_t at, std::int32_t cells) { return at >= 0 && at < cells; };
-    std::uint8_t row = 0;
-    for (int x = -1; x <= 4; ++x)
-      row = static_cast<std::uint8_t>(row | unsigned{inGrid(4 * brick.x + x, parents.cells[0])} << (x + 1));
-    for (int z = -1; z <= 4; ++z) {
-      for (int y = -1; y <= 4; ++y) {
-        const bool in =
-            inGrid(4 * brick.y + y, parents.cells[1]) && inGrid(4 * brick.z + z, parents.cells[2]);
-        result.rows[static_cast<std::size_t>((z + 1) * 6 + y + 1)] = in ? row : 0;
-      }
-    }
-    for (int dz = -1; dz <= 1; ++dz) {
-      for (int dy = -1; dy <= 1; ++dy) {
-        for (int dx = -1; dx <= 1; ++dx) {
-          const std::uint32_t number = index_.brickAt(brick.x + dx, brick.y + dy, brick.z + dz);
-          if (number == BrickMap::kNone) continue;
-          for (std::uint64_t mask = index_.bricks()[number].mask; mask != 0; mask &= mask - 1) {
-            const std::uint64_t code = static_cast<std::uint64_t>(std::countr_zero(mask));
-            const int x = static_cast<int>(gatherBits(code)) + 4 * dx,
-                      y = static_cast<int>(gatherBits(code >> 1)) + 4 * dy,
-                      z = static_cast<int>(gatherBits(code >> 2)) + 4 * dz;
-            if (x < -1 || y < -1 || z < -1 || x > 4 || y > 4 || z > 4) continue;
-            std::uint8_t& at = result.rows[static_cast<std::size_t>((z + 1) * 6 + y + 1)];
-            at = static_cast<std::uint8_t>(at & ~(1u << (x + 1)));
-          }
-        }
-      }
-    }
-    return result;
-  }
-
-  void codeSigns(const CellIndex::Brick& brick, const LevelLattice& parents, const LevelLattice& lattice,
-                 Coder& signs) {
-    const Absent undivided = absent(brick, parents);
-    SignBlock block;
-    lattice_.load(brick.x, brick.y, brick.z, block);
-    const std::array<std::int32_t, 3> base{8 * brick.x, 8 * brick.y, 8 * brick.z};
-    for (std::uint32_t i = brick.first; i < brick.first + brick.count; ++i) {
-      const Cell& cell = cells_[i];
-      const std::array<int, 3> local{cell.x & 3, cell.y & 3, cell.z & 3};
-      const std::uint32_t undivided_around = undivided.around(local[0], local[1], local[2]);
-      for (const auto& [dx, dy, dz, cells_at] : kNewNodes) {
-        const int x = 2 * local[0] + dx, y = 2 * local[1] + dy, z = 2 * local[2] + dz;
-        if (base[0] + x > lattice.last[0] || base[1] + y > lattice.last[1] || base[2] + z > lattice.last[2])
-          continue;
-        if (block.isKnown(x, y, z)) continue;
-        bool sign;
-        if (undivided_around & cells_at) {
-          // The node also lies on a cell of this level that is not divided: its sign is that of the corners
-          // they share.
-          sign = block.isInside(2 * local[0] + (dx & 2), 2 * local[1] + (dy & 2), 2 * local[2] + (dz & 2));
-        } else {
-          const std::uint32_t known = SignBlock::neighbours(block.known, x, y, z);
-          const std::uint32_t inside = SignBlock::neighbours(block.inside, x, y, z);
-          sign = signs.code(models_.signs.at(known, inside),
-                            truth_.sign(lattice, base[0] + x, base[1] + y, base[2] + z));
-        }
-        block.set(x, y, z, sign);
-      }
-    }
-    lattice_.store(brick.x, brick.y, brick.z, block);
-  }
-
-  // The children that hold a sign change become the cells of this level.
-  Status codeChildren(std::uint32_t level, const LevelLattice& lattice, Coder& leaves) {
-    children_.clear();
-    SignBlock block;
-    for (const CellIndex::Brick& brick : index_.bricks()) {
-      lattice_.load(brick.x, brick.y, brick.z, block);
-      const std::array<std::int32_t, 3> base{8 * brick.x, 8 * brick.y, 8 * brick.z};
-      for (std::uint32_t i = brick.first; i < brick.first + brick.count; ++i) {
-        const std::array<int, 3> first{2 * cells_[i].x, 2 * cells_[i].y, 2 * cells_[i].z};
-        const std::uint32_t signs = signsOfChildren(block, base, first, lattice);
-        for (int number = 0; number < 8; ++number) {
-          const std::array<int, 3> at{first[0] + (number & 1), first[1] + (number >> 1 & 1),
-                                      first[2] + (number >> 2)};
-          if (at[0] >= lattice.cells[0] || at[1] >= lattice.cells[1] || at[2] >= lattice.cells[2]) continue;
-          const std::uint32_t from = signs >> ((number & 1) + 3 * (number >> 1 & 1) + 9 * (number >> 2));
-          const Cell child{static_cast<std::uint16_t>(at[0]), static_cast<std::uint16_t>(at[1]),
-                           static_cast<std::uint16_t>(at[2]),
-                           static_cast<std::uint8_t>((from & 3) | (from >> 1 & 12) | (from >> 5 & 48) |
-                                                     (from >> 6 & 192))};
-          if (!isActive(child)) {
-            if (level == depth_) continue;
-            const bool sign = child.corners != 0;
-            const auto [around, around_inside] =
-                surroundings(block, at[0] - base[0], at[1] - base[1], at[2] - base[2]);
-            BitModel& model = models_.leaves.at(around, around_inside, sign, depth_ - level);
-            if (!leaves.code(model, truth_.divided(level, child))) continue;
-          }
-          if (children_.size() >= max_cells_) {
-            return {ErrorCode::kBadData, "more cells at level " + std::to_string(level) +
-                                             " than the header's " + std::to_string(max_cells_) +
-                                             " vertices (spec codec 4.1)"};
-          }
-          children_.push_back(child);
-        }
-      }
+    for (std::uint32_t number = 0; number < blocks_.size() && !deepest; ++number) {
+      lookAround(index_.bricks()[number]);
+      pull(number, number + 1);
+      ISOREEL_TRY(addChildren(number, level, lattice, leaves));
       if constexpr (!Coder::kPuts) {
         if (leaves.overrun()) return tooShort("leaf bits", level);
       }
@@ -234,76 +105,159 @@ class SignTree {
     return {};
   }
 
-  // Inside bits of the 3×3×3 nodes of a parent's children, in the order of SignBlock::neighbours. A node
-  // outside the grid is as the last one inside.
-  static std::uint32_t signsOfChildren(const SignBlock& block, const std::array<std::int32_t, 3>& base,
-                                       const std::array<int, 3>& first, const LevelLattice& lattice) {
-    std::uint32_t signs = SignBlock::neighbours(block.inside, first[0] - base[0] + 1, first[1] - base[1] + 1,
-                                                first[2] - base[2] + 1);
-    constexpr std::array<std::uint32_t, 3> kPlanes{0x1249249, 0x1C0E07,
-                                                   0x1FF};  // the lowest nodes along each axis
-    constexpr std::array<int, 3> kStrides{1, 3, 9};
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      for (int node = 1; node <= 2; ++node) {
-        if (first[axis] + node <= lattice.last[axis]) continue;
-        const std::uint32_t inside = signs >> (kStrides[axis] * (node - 1)) & kPlanes[axis];
-        signs = (signs & ~(kPlanes[axis] << kStrides[axis] * node)) | inside << kStrides[axis] * node;
-      }
-    }
-    return signs;
+ private:
+  static Status tooShort(const char* what, std::uint32_t level) {
+    return {ErrorCode::kTruncated,
+            std::string(what) + " of level " + std::to_string(level) + " end too early (spec codec 4.2)"};
   }
 
-  // Known and inside bits of the 4×4×4 nodes from -1 to 2 around a child's corner 0.
-  static std::pair<std::uint64_t, std::uint64_t> surroundings(const SignBlock& block, int x, int y, int z) {
-    std::uint64_t known = 0, inside = 0;
-    for (int dz = -1, shift = 0; dz <= 2; ++dz) {
-      for (int dy = -1; dy <= 2; ++dy, shift += 4) {
-        const std::size_t row = SignBlock::row(y + dy, z + dz);
-        known |= static_cast<std::uint64_t>((block.known[row] >> x) & 15) << shift;
-        inside |= static_cast<std::uint64_t>((block.inside[row] >> x) & 15) << shift;
+  // Brings the signs of the parents' corners into their bricks' blocks.
+  void seed(const LevelLattice& lattice) {
+    blocks_.assign(index_.bricks().size(), SignBlock{});
+    for (std::size_t number = 0; number < blocks_.size(); ++number) {
+      const CellIndex::Brick& brick = index_.bricks()[number];
+      for (std::uint32_t i = brick.first; i < brick.first + brick.count; ++i) {
+        const Cell& cell = cells_[i];
+        const std::uint32_t in_grid = (2 * cell.x + 2 > lattice.last[0] ? 0x55u : 0xFFu) &
+                                      (2 * cell.y + 2 > lattice.last[1] ? 0x33u : 0xFFu) &
+                                      (2 * cell.z + 2 > lattice.last[2] ? 0x0Fu : 0xFFu);
+        blocks_[number].seed(cell.x & 3, cell.y & 3, cell.z & 3, in_grid, cell.corners);
       }
+      blocks_[number].agree();
     }
-    return {known, inside};
   }
 
-  // A node that children add to their parent's corners, and the parent-level cells that it lies on besides
-  // their parent (bits as of Absent::around).
-  struct NewNode {
-    int x, y, z;
-    std::uint32_t cells;
-  };
-  // The 19 of them: the parent's middle, the middles of its faces, then of its edges.
-  static constexpr auto kNewNodes = [] {
-    std::array<NewNode, 19> nodes{{{1, 1, 1, 0},
-                                   {1, 1, 0, 0},
-                                   {1, 0, 1, 0},
-                                   {0, 1, 1, 0},
-                                   {1, 1, 2, 0},
-                                   {1, 2, 1, 0},
-                                   {2, 1, 1, 0},
-                                   {1, 0, 0, 0},
-                                   {0, 1, 0, 0},
-                                   {0, 0, 1, 0},
-                                   {1, 2, 0, 0},
-                                   {2, 1, 0, 0},
-                                   {1, 0, 2, 0},
-                                   {0, 1, 2, 0},
-                                   {2, 0, 1, 0},
-                                   {0, 2, 1, 0},
-                                   {1, 2, 2, 0},
-                                   {2, 1, 2, 0},
-                                   {2, 2, 1, 0}}};
-    for (NewNode& node : nodes) {
-      for (int z = std::min(node.z, 1); z <= std::max(node.z, 1); ++z) {
-        for (int y = std::min(node.y, 1); y <= std::max(node.y, 1); ++y) {
-          for (int x = std::min(node.x, 1); x <= std::max(node.x, 1); ++x) {
-            if (x != 1 || y != 1 || z != 1) node.cells |= 1u << (x + 3 * y + 9 * z);
-          }
+  // Finds the bricks around one; in pull() and codeSigns(), `around_` is theirs.
+  void lookAround(const CellIndex::Brick& brick) {
+    around_count_ = 0;
+    for (int dz = -1; dz <= 1; ++dz) {
+      for (int dy = -1; dy <= 1; ++dy) {
+        for (int dx = -1; dx <= 1; ++dx) {
+          const std::uint32_t number = index_.brickAt(brick.x + dx, brick.y + dy, brick.z + dz);
+          around_[around_count_] = {number, dx, dy, dz};
+          around_count_ += number != BrickMap::kNone;
         }
       }
     }
-    return nodes;
-  }();
+  }
+  struct Neighbour {
+    std::uint32_t number;
+    int dx, dy, dz;
+  };
+  std::span<const Neighbour> around() const { return std::span(around_).first(around_count_); }
+
+  // Brings what the bricks around know into a brick's block, from those with numbers of at least `from`.
+  void pull(std::uint32_t number, std::uint32_t from) {
+    for (const auto& [other, dx, dy, dz] : around()) {
+      if (other >= from && other != number) blocks_[number].pull(blocks_[other], dx, dy, dz);
+    }
+  }
+
+  // The cells around the brick that are in the grid.
+  static CellBlock cellsInGrid(const CellIndex::Brick& brick, const LevelLattice& parents) {
+    CellBlock result;
+    std::array<std::int32_t, 3> first{}, last{};
+    const std::array<std::int32_t, 3> base{4 * brick.x, 4 * brick.y, 4 * brick.z};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      first[axis] = std::max(-1, -base[axis]);
+      last[axis] = std::min(4, parents.cells[axis] - 1 - base[axis]);
+    }
+    for (int z = first[2]; z <= last[2]; ++z) {
+      for (int y = first[1]; y <= last[1]; ++y) {
+        for (int x = first[0]; x <= last[0]; ++x) result.add(x, y, z);
+      }
+    }
+    return result;
+  }
+
+  void codeSigns(std::uint32_t number, const LevelLattice& parents, const LevelLattice& lattice,
+                 Coder& signs) {
+    const CellIndex::Brick& brick = index_.bricks()[number];
+    SignBlock& block = blocks_[number];
+    CellBlock cells, done;  // done: their nodes are known
+    for (const auto& [other, dx, dy, dz] : around()) {
+      cells.add(index_.bricks()[other].rows, dx, dy, dz);
+      if (other < number) done.add(index_.bricks()[other].rows, dx, dy, dz);
+    }
+    const CellBlock undivided = cellsInGrid(brick, parents).without(cells);
+    for (std::uint32_t i = brick.first; i < brick.first + brick.count; ++i) {
+      const Cell& cell = cells_[i];
+      const int x = cell.x & 3, y = cell.y & 3, z = cell.z & 3;
+      const std::uint32_t nodes = newNodesWithin({lattice.last[0] - 2 * cell.x, lattice.last[1] - 2 * cell.y,
+                                                  lattice.last[2] - 2 * cell.z}) &
+                                  ~newNodesOn(done.around(x, y, z));
+      const std::uint32_t beside_leaf = newNodesOn(undivided.around(x, y, z));
+      SignWindow* const windows = block.windows(y, z);
+      for (std::uint32_t left = nodes; left != 0; left &= left - 1) {
+        const int which = std::countr_zero(left);
+        const NewNode& node = kNewNodes[static_cast<std::size_t>(which)];
+        SignWindow* const at = windows + node.window;
+        const int shift = node.shift + 2 * x;
+        bool sign;
+        if (beside_leaf >> which & 1) {
+          // The node also lies on a cell of this level that is not divided: its sign is that of the corners
+          // they share.
+          sign = (cell.corners >> node.corner & 1) != 0;
+        } else {
+          const SignWindow around = SignBlock::around(at, shift);
+          sign =
+              signs.code(models_.signs.at(around.known, around.inside),
+                         truth_.sign(lattice, 2 * cell.x + node.x, 2 * cell.y + node.y, 2 * cell.z + node.z));
+        }
+        SignBlock::setMiddle(at, shift, sign);
+      }
+      block.share(y, z);
+      done.add(x, y, z);
+    }
+  }
+
+  // The children that hold a sign change become cells of this level.
+  Status addChildren(std::uint32_t number, std::uint32_t level, const LevelLattice& lattice, Coder& leaves) {
+    const CellIndex::Brick& brick = index_.bricks()[number];
+    SignBlock& block = blocks_[number];
+    std::size_t count = 0;
+    for (std::uint32_t i = brick.first; i < brick.first + brick.count; ++i) {
+      const Cell& cell = cells_[i];
+      const int x = cell.x & 3, y = cell.y & 3, z = cell.z & 3;
+      const SignWindow* const windows = block.windows(y, z);
+      const std::array<std::int32_t, 3> room{lattice.last[0] - 2 * cell.x, lattice.last[1] - 2 * cell.y,
+                                             lattice.last[2] - 2 * cell.z};
+      constexpr int kMiddle =
+          kNewNodes[0].shift;  // all 27 nodes of the children are around the first new one
+      const std::uint64_t signs = SignBlock::around(windows + SignBlock::kNextPlane, kMiddle + 2 * x).inside;
+      const std::uint64_t corners = cornersOfChildren(signsInGrid(signs, room));
+      const std::uint32_t in_grid = (2 * cell.x + 1 >= lattice.cells[0] ? 0x55u : 0xFFu) &
+                                    (2 * cell.y + 1 >= lattice.cells[1] ? 0x33u : 0xFFu) &
+                                    (2 * cell.z + 1 >= lattice.cells[2] ? 0x0Fu : 0xFFu);
+      const auto child = [&](std::uint32_t c) {
+        return Cell{static_cast<std::uint16_t>(2 * cell.x + (c & 1)),
+                    static_cast<std::uint16_t>(2 * cell.y + (c >> 1 & 1)),
+                    static_cast<std::uint16_t>(2 * cell.z + (c >> 2)),
+                    static_cast<std::uint8_t>(corners >> 8 * c)};
+      };
+      std::uint32_t kept = activeChildren(corners) & in_grid;
+      if (level < depth_) {
+        for (std::uint32_t leaf = in_grid & ~kept; leaf != 0; leaf &= leaf - 1) {
+          const std::uint32_t c = static_cast<std::uint32_t>(std::countr_zero(leaf));
+          const auto [known, inside] = SignBlock::count(
+              windows + (c >> 2) * SignBlock::kNextPlane,
+              SignWindow::kLane * static_cast<int>(c >> 1 & 1) + 2 * x + static_cast<int>(c & 1));
+          BitModel& model = models_.leaves.at(known, inside, (corners >> 8 * c & 1) != 0, depth_ - level);
+          kept |= std::uint32_t{leaves.code(model, truth_.divided(level, child(c)))} << c;
+        }
+      }
+      for (std::uint32_t c = 0; c < 8; ++c) {
+        made_[count] = child(c);
+        count += kept >> c & 1;
+      }
+    }
+    children_.insert(children_.end(), made_.begin(), made_.begin() + static_cast<std::ptrdiff_t>(count));
+    if (children_.size() > max_cells_) {
+      return {ErrorCode::kBadData, "more cells at level " + std::to_string(level) + " than the header's " +
+                                       std::to_string(max_cells_) + " vertices (spec codec 4.1)"};
+    }
+    return {};
+  }
 
   const Grid& grid_;
   std::uint32_t depth_;
@@ -312,7 +266,10 @@ class SignTree {
   std::vector<Cell> cells_;
   std::vector<Cell> children_;
   CellIndex index_;
-  SignLattice lattice_;
+  std::vector<SignBlock> blocks_;     // one for each brick of index_
+  std::array<Neighbour, 28> around_;  // of the brick at hand, itself included
+  std::size_t around_count_ = 0;
+  std::array<Cell, std::size_t{8} * 64 + 1> made_;  // the children of a brick, and the one that is not kept
   SignTreeModels& models_;
 };
 

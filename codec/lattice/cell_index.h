@@ -2,11 +2,11 @@
 // The cells of one octree level, and the way from a cell's coordinates to its place in their order.
 #pragma once
 
-#include <bit>
 #include <cstdint>
 #include <span>
 #include <vector>
 
+#include "lattice/bits.h"
 #include "lattice/brick_map.h"
 #include "lattice/morton.h"
 
@@ -29,6 +29,7 @@ class CellIndex {
  public:
   struct Brick {
     std::uint64_t mask = 0;   // bit: Morton code of the cell inside the brick
+    std::uint64_t rows = 0;   // the same with bit x + 4y + 16z
     std::uint32_t first = 0;  // place of the brick's first cell
     std::uint32_t count = 0;
     std::int32_t x = 0, y = 0, z = 0;  // cell coordinates / 4
@@ -48,13 +49,12 @@ class CellIndex {
   std::uint32_t brickAt(std::int32_t x, std::int32_t y, std::int32_t z) const { return map_.find(x, y, z); }
 
   static std::uint64_t bit(std::int32_t x, std::int32_t y, std::int32_t z) {
-    return std::uint64_t{1} << mortonCode(static_cast<std::uint32_t>(x & 3),
-                                          static_cast<std::uint32_t>(y & 3),
-                                          static_cast<std::uint32_t>(z & 3));
+    const auto spread = [](std::int32_t v) { return (v & 1) | (v & 2) << 2; };
+    return std::uint64_t{1} << (spread(x) | spread(y) << 1 | spread(z) << 2);
   }
   static std::uint32_t place(const Brick& brick, std::uint64_t bit) {
     if ((brick.mask & bit) == 0) return kNone;
-    return brick.first + static_cast<std::uint32_t>(std::popcount(brick.mask & (bit - 1)));
+    return brick.first + countBits(brick.mask & (bit - 1));
   }
 
  private:

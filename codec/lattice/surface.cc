@@ -30,10 +30,30 @@ Status checkGrid(const Grid& grid) {
 }
 
 std::vector<Triangle> Surface::triangles() const {
-  std::vector<Triangle> result;
-  result.reserve(quads.size() * 2);
-  forEachTriangle(*this,
-                  [&](const Triangle& t, const Vec3d&, const Vec3d&, const Vec3d&) { result.push_back(t); });
+  std::vector<Triangle> result(quads.size() * 2);
+  const auto fill = [&](const auto& world_of) {
+    const bool flip = determinant(grid) < 0;
+    for (std::size_t i = 0; i < quads.size(); ++i) {
+      const std::array<Triangle, 2> two = split(quads[i], world_of, flip);
+      result[2 * i] = two[0];
+      result[2 * i + 1] = two[1];
+    }
+  };
+  const auto& d = grid.direction;
+  const bool along_axes = d[1] == 0 && d[2] == 0 && d[3] == 0 && d[5] == 0 && d[6] == 0 && d[7] == 0;
+  if (along_axes) {
+    // The sums of Grid::world() without the terms that are 0: the same numbers, soon made.
+    const Vec3d scale{d[0] * grid.spacing[0], d[4] * grid.spacing[1], d[8] * grid.spacing[2]};
+    fill([&](std::uint32_t i) {
+      const GridPosition& p = vertices[i];
+      return Vec3d{grid.origin[0] + scale[0] * (static_cast<double>(p[0]) / kCell),
+                   grid.origin[1] + scale[1] * (static_cast<double>(p[1]) / kCell),
+                   grid.origin[2] + scale[2] * (static_cast<double>(p[2]) / kCell)};
+    });
+  } else {
+    const std::vector<Vec3d> world = worldPositions(*this);
+    fill([&](std::uint32_t i) -> const Vec3d& { return world[i]; });
+  }
   return result;
 }
 

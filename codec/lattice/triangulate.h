@@ -3,7 +3,7 @@
 
 #include <isoreel/codec/surface.h>
 
-#include <utility>
+#include <vector>
 
 namespace isoreel {
 
@@ -20,28 +20,33 @@ inline double determinant(const Grid& grid) {
          d[2] * (d[3] * d[7] - d[4] * d[6]);
 }
 
+/// World positions of all vertices: each is a corner of four quads on average.
+inline std::vector<Vec3d> worldPositions(const Surface& surface) {
+  std::vector<Vec3d> result(surface.vertices.size());
+  for (std::uint32_t i = 0; i < result.size(); ++i) result[i] = surface.world(i);
+  return result;
+}
+
+/// A quad's two triangles as Surface::triangles() has them; world(i) gives the position of a vertex, `flip`
+/// tells that the grid mirrors. No branch on the diagonal: it is anybody's guess.
+template <class World>
+std::array<Triangle, 2> split(const Quad& quad, const World& world, bool flip) {
+  const auto [a, b, c, d] = quad;
+  const bool along_ac = squaredLength(minus(world(a), world(c))) <= squaredLength(minus(world(b), world(d)));
+  const std::uint32_t last = along_ac ? c : d, first = along_ac ? a : b;
+  return {flip ? Triangle{a, last, b} : Triangle{a, b, last},
+          flip ? Triangle{first, d, c} : Triangle{first, c, d}};
+}
+
 /// Calls visit(triangle, its three world positions) for each triangle of Surface::triangles(), in order.
 template <class Visit>
 void forEachTriangle(const Surface& surface, Visit visit) {
   const bool flip = determinant(surface.grid) < 0;
-  for (const auto& [a, b, c, d] : surface.quads) {
-    const Vec3d at_a = surface.world(a), at_b = surface.world(b), at_c = surface.world(c),
-                at_d = surface.world(d);
-    const auto send = [&](std::uint32_t i, std::uint32_t j, std::uint32_t k, const Vec3d& p, const Vec3d& q,
-                          const Vec3d& r) {
-      if (flip) {
-        visit(Triangle{i, k, j}, p, r, q);
-      } else {
-        visit(Triangle{i, j, k}, p, q, r);
-      }
-    };
-    if (squaredLength(minus(at_a, at_c)) <= squaredLength(minus(at_b, at_d))) {
-      send(a, b, c, at_a, at_b, at_c);
-      send(a, c, d, at_a, at_c, at_d);
-    } else {
-      send(a, b, d, at_a, at_b, at_d);
-      send(b, c, d, at_b, at_c, at_d);
-    }
+  const std::vector<Vec3d> world = worldPositions(surface);
+  for (const Quad& quad : surface.quads) {
+    for (const Triangle& t : split(
+             quad, [&](std::uint32_t i) -> const Vec3d& { return world[i]; }, flip))
+      visit(t, world[t[0]], world[t[1]], world[t[2]]);
   }
 }
 

@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
+#include <set>
 
 #include "intra/sign_tree.h"
 #include "intra/vertex_coder.h"
@@ -101,28 +103,119 @@ TEST(SignTree, EndlessZerosEnd) {
   }
 }
 
+// The bit of the neighbour at (dx, dy, dz) in what SignBlock::around gives.
+std::uint64_t nodeAt(int dx, int dy, int dz) {
+  return std::uint64_t{1} << (dx + 1 + 3 * (dz + 1) + SignWindow::kLane * (dy + 1));
+}
+
 TEST(SignModels, StartFromTheVoteOfTheirContext) {
   SignModels models;
-  constexpr std::uint32_t kAll = ((1u << 27) - 1) & ~(1u << 13);
+  const std::uint64_t all = 0x1FF * SignWindow::kLanes & ~nodeAt(0, 0, 0);
   EXPECT_EQ(models.at(0, 0).one, 32768);
-  EXPECT_EQ(models.at(kAll, kAll).one, 62259);
-  EXPECT_EQ(models.at(kAll, 0).one, 3277);
-  EXPECT_EQ(models.at(1u << 4, 1u << 4).one, 32768 + 4 * 1638);
-  EXPECT_EQ(models.at(1u << 1, 0).one, 32768 - 2 * 1638);
-  EXPECT_EQ(models.at(1u << 26, 1u << 26).one, 32768 + 1638);
-  // Each face neighbour has its own part in the context.
-  EXPECT_NE(&models.at(1u << 4, 1u << 4), &models.at(1u << 22, 1u << 22));
+  EXPECT_EQ(models.at(all, all).one, 62259);
+  EXPECT_EQ(models.at(all, 0).one, 3277);
+  const std::uint64_t face = nodeAt(0, 0, -1), edge = nodeAt(0, -1, -1), corner = nodeAt(1, 1, 1);
+  EXPECT_EQ(models.at(face, face).one, 32768 + 4 * 1638);
+  EXPECT_EQ(models.at(edge, 0).one, 32768 - 2 * 1638);
+  EXPECT_EQ(models.at(corner, corner).one, 32768 + 1638);
   models.at(0, 0).update(true);
   models.reset();
   EXPECT_EQ(models.at(0, 0).one, 32768);
 }
 
+TEST(SignModels, TellTheContextsOfTheSpecificationApart) {
+  SignModels models;
+  made::Random random(8);
+  std::map<std::array<int, 8>, BitModel*> expected;
+  for (int trial = 0; trial < 30000; ++trial) {
+    std::uint64_t known = 0, inside = 0;
+    std::array<int, 8> context{};  // the six states, then the two balances
+    int face = 0;
+    for (int dz = -1; dz <= 1; ++dz) {
+      for (int dy = -1; dy <= 1; ++dy) {
+        for (int dx = -1; dx <= 1; ++dx) {
+          const int axes = std::abs(dx) + std::abs(dy) + std::abs(dz);
+          const int state = axes == 0 ? 0 : static_cast<int>(random() % 3);
+          if (state != 0) known |= nodeAt(dx, dy, dz);
+          if (state == 2) inside |= nodeAt(dx, dy, dz);
+          if (axes == 1) context[static_cast<std::size_t>(face++)] = state;
+          if (axes > 1) context[static_cast<std::size_t>(axes + 4)] += state == 0 ? 0 : state == 2 ? 1 : -1;
+        }
+      }
+    }
+    context[6] = std::clamp(context[6], -4, 4);
+    context[7] = std::clamp(context[7], -3, 3);
+    BitModel* model = &models.at(known, inside);
+    ASSERT_EQ(expected.try_emplace(context, model).first->second, model);
+  }
+  std::set<BitModel*> apart;
+  for (const auto& [context, model] : expected) apart.insert(model);
+  EXPECT_EQ(apart.size(), expected.size());
+}
+
+TEST(NewNodes, AgreeWithTheirDefinition) {
+  made::Random random(9);
+  for (int trial = 0; trial < 3000; ++trial) {
+    const std::uint32_t cells = random() & random() & ((1u << 27) - 1);
+    const std::array<std::int32_t, 3> room{static_cast<std::int32_t>(random() % 4),
+                                           static_cast<std::int32_t>(random() % 4),
+                                           static_cast<std::int32_t>(random() % 4)};
+    std::uint32_t on = 0, within = 0;
+    for (std::size_t i = 0; i < kNewNodes.size(); ++i) {
+      const std::array<int, 3> node{kNewNodes[i].x, kNewNodes[i].y, kNewNodes[i].z};
+      EXPECT_EQ(kNewNodes[i].corner, node[0] / 2 + 2 * (node[1] / 2) + 4 * (node[2] / 2));
+      for (int cell = 0; cell < 27; ++cell) {
+        const std::array<int, 3> offset{cell % 3 - 1, cell / 9 - 1, cell / 3 % 3 - 1};
+        bool touches = cell != 13 && (cells >> cell & 1) != 0;
+        for (std::size_t axis = 0; axis < 3; ++axis)
+          touches = touches && node[axis] >= 2 * offset[axis] && node[axis] <= 2 * offset[axis] + 2;
+        if (touches) on |= 1u << i;
+      }
+      if (node[0] <= room[0] && node[1] <= room[1] && node[2] <= room[2]) within |= 1u << i;
+    }
+    ASSERT_EQ(newNodesOn(cells), on);
+    ASSERT_EQ(newNodesWithin(room), within);
+  }
+}
+
+TEST(NewNodes, MakeTheCornersOfChildren) {
+  made::Random random(10);
+  for (int trial = 0; trial < 3000; ++trial) {
+    const std::array<std::int32_t, 3> room{static_cast<std::int32_t>(random() % 4),
+                                           static_cast<std::int32_t>(random() % 4),
+                                           static_cast<std::int32_t>(random() % 4)};
+    std::uint64_t signs = 0;
+    for (int node = 0; node < 27; ++node) {
+      if (random() & 1) signs |= nodeAt(node % 3 - 1, node / 3 % 3 - 1, node / 9 - 1);
+    }
+    std::uint64_t corners = 0;
+    for (int child = 0; child < 8; ++child) {
+      for (int corner = 0; corner < 8; ++corner) {
+        const int x = std::min((child & 1) + (corner & 1), room[0]),
+                  y = std::min((child >> 1 & 1) + (corner >> 1 & 1), room[1]),
+                  z = std::min((child >> 2) + (corner >> 2), room[2]);
+        if (signs & nodeAt(x - 1, y - 1, z - 1)) corners |= std::uint64_t{1} << (8 * child + corner);
+      }
+    }
+    ASSERT_EQ(cornersOfChildren(signsInGrid(signs, room)), corners);
+    std::uint64_t uniform = corners;  // some children with corners that agree
+    for (int child = 0; child < 8; ++child) {
+      if (random() % 2 == 0) continue;
+      uniform &= ~(std::uint64_t{0xFF} << 8 * child);
+      if (random() % 2 == 0) uniform |= std::uint64_t{0xFF} << 8 * child;
+    }
+    for (int child = 0; child < 8; ++child) {
+      Cell cell;
+      cell.corners = static_cast<std::uint8_t>(uniform >> 8 * child);
+      ASSERT_EQ(activeChildren(uniform) >> child & 1, std::uint32_t{isActive(cell)});
+    }
+  }
+}
+
 TEST(LeafModels, TellTheContextsOfTheSpecificationApart) {
   LeafModels models;
-  const auto low = [](int bits) { return bits == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << bits) - 1; };
-  const auto of = [&](int others, int known, bool sign, std::uint32_t below) {
-    const std::uint64_t around = low(known);
-    return &models.at(around, sign ? around & ~low(others) : low(others), sign, below);
+  const auto of = [&](std::uint32_t others, std::uint32_t known, bool sign, std::uint32_t below) {
+    return &models.at(known, sign ? known - others : others, sign, below);
   };
   EXPECT_EQ(of(3, 64, false, 1), of(4, 64, false, 1));
   EXPECT_NE(of(4, 64, false, 1), of(5, 64, false, 1));

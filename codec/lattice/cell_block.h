@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+namespace isoreel {
+
+/// A bit for each of the 6×6×6 cells from -1 to 4 around a brick of 4×4×4 cells.
+class CellBlock {
+ public:
+  static constexpr int kLane = 9;  // a row's place in its plane: so three planes of 3×3 cells interleave
+
+  /// Adds the cells of the brick at offset (dx, dy, dz), each -1 to 1; `rows` as of CellIndex::Brick.
+  void add(std::uint64_t rows, int dx, int dy, int dz) {
+    const int first = dz < 0 ? -1 : dz > 0 ? 4 : 0, last = dz < 0 ? -1 : dz > 0 ? 4 : 3;
+    for (int z = first; z <= last; ++z) {
+      const std::uint64_t plane = rows >> (16 * (z & 3)) & 0xFFFF;
+      std::uint64_t lanes =
+          (plane & 0xF) | (plane & 0xF0) << 5 | (plane & 0xF00) << 10 | (plane & 0xF000) << 15;
+      lanes = dx < 0 ? lanes >> 3 & kLanes : dx > 0 ? (lanes & kLanes) << 5 : lanes << 1;
+      lanes = dy < 0 ? lanes >> 3 * kLane : dy > 0 ? (lanes & 0x3F) << 5 * kLane : lanes << kLane;
+      planes_[static_cast<std::size_t>(z + 1)] |= lanes;
+    }
+  }
+  void add(int x, int y, int z) { planes_[static_cast<std::size_t>(z + 1)] |= bit(x, y); }
+  bool has(int x, int y, int z) const { return (planes_[static_cast<std::size_t>(z + 1)] & bit(x, y)) != 0; }
+  /// Cells that are in this block and not in the other.
+  CellBlock without(const CellBlock& other) const {
+    CellBlock result;
+    for (std::size_t z = 0; z < 6; ++z) result.planes_[z] = planes_[z] & ~other.planes_[z];
+    return result;
+  }
+  /// The 3×3×3 cells around (x, y, z), 0 to 3: bit (dx + 1) + 3 (dz + 1) + 9 (dy + 1).
+  std::uint32_t around(int x, int y, int z) const {
+    constexpr std::uint64_t kSquare = 7 | 7 << kLane | 7 << 2 * kLane;
+    const std::uint64_t* at = &planes_[static_cast<std::size_t>(z)];
+    const int shift = kLane * y + x;
+    return static_cast<std::uint32_t>((at[0] >> shift & kSquare) | (at[1] >> shift & kSquare) << 3 |
+                                      (at[2] >> shift & kSquare) << 6);
+  }
+
+ private:
+  static constexpr std::uint64_t kLanes = 1 | 1 << kLane | 1 << 2 * kLane | 1 << 3 * kLane;
+  static std::uint64_t bit(int x, int y) { return std::uint64_t{1} << (kLane * (y + 1) + x + 1); }
+
+  std::array<std::uint64_t, 6> planes_{};  // by z + 1; row y at lane y + 1, bit x + 1 of a lane
+};
+
+}  // namespace isoreel
