@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "command.h"
+#include "gop.h"
 #include "input.h"
 #include "options.h"
 #include "output.h"
@@ -31,7 +32,8 @@ struct DecodeCommandOptions {
   int jobs = 0;
 };
 
-/// Packets of the chosen frames in order: by the index from a file, forward from a pipe.
+/// Packets of the chosen frames in order, and before them those that the first needs: by the index from a
+/// file, forward from a pipe.
 class ChosenFrames {
  public:
   static Result<ChosenFrames> open(const DecodeCommandOptions& options) {
@@ -43,6 +45,10 @@ class ChosenFrames {
       result.range_ = parseFrames(options.frames, result.reader_->frameCount());
       result.total_ = result.range_.size();
       result.next_ = result.range_.begin;
+      if (result.range_.size() > 0) {
+        const FrameHeader& first = result.reader_->header(result.range_.begin);
+        result.next_ -= std::min(first.number - first.key, result.next_);
+      }
     } else {
       ISOREEL_ASSIGN(result.stream_, StreamReader::open(std::move(source)));
       result.range_ = parseFrames(options.frames, kUnknownEnd);
@@ -58,6 +64,9 @@ class ChosenFrames {
       ISOREEL_TRY(mayWrite(frameName(output, reader_->header(i).number), force));
     return {};
   }
+
+  /// Whether a frame is one of the chosen, and not only needed by them.
+  bool chosen(std::uint64_t number) const { return number >= range_.begin; }
 
   /// False when there are no more.
   Result<bool> next(Packet& packet) {
@@ -76,7 +85,7 @@ class ChosenFrames {
                             counted(next_, "frame"))};
       }
       if (!read) return false;
-      if (next_++ < range_.begin) continue;
+      ++next_;
       packet = *std::move(read);
       return true;
     }
@@ -92,7 +101,8 @@ class ChosenFrames {
   std::optional<std::uint64_t> total_;
 };
 
-DecodeOptions codecOptions(const DecodeCommandOptions& options, ByteSpan packet) {
+/// `key`: the packet that the GOP starts with, which knows the octree's depth.
+DecodeOptions codecOptions(const DecodeCommandOptions& options, ByteSpan key) {
   DecodeOptions result;
   if (!options.level) return result;
   if (*options.level >= 0) {
@@ -101,7 +111,7 @@ DecodeOptions codecOptions(const DecodeCommandOptions& options, ByteSpan packet)
   }
   // Counted from the finest. A damaged head is left for the decoder to name.
   std::uint32_t deepest = 0;
-  if (const Result<PacketHeader> header = readPacketHeader(packet); header.ok()) {
+  if (const Result<PacketHeader> header = readPacketHeader(key); header.ok()) {
     if (const Result<Configuration> c = readConfiguration(header->configuration); c.ok())
       deepest = octreeDepth(c->grid);
   }
@@ -111,9 +121,13 @@ DecodeOptions codecOptions(const DecodeCommandOptions& options, ByteSpan packet)
 }
 
 struct DecodeItem {
-  Packet packet;
-  std::filesystem::path path;
-  std::size_t vertices = 0, faces = 0;
+  struct Written {
+    FrameHeader header;
+    std::filesystem::path path;
+    std::size_t vertices = 0, faces = 0;
+  };
+  Gop gop;
+  std::vector<Written> written;
 };
 
 std::string extensionOf(const std::string& output) {
@@ -161,31 +175,42 @@ Status decode(const DecodeCommandOptions& options) {
   tbb::enumerable_thread_specific<Decoder> decoders;
   std::uint64_t count = 0, vertices = 0, faces = 0;
   std::vector<io::SeriesFrame> series;
-  const auto secondsOf = [base = frames->timeBase()](const DecodeItem& item) {
-    return base.seconds(item.packet.header.time);
+  const auto secondsOf = [base = frames->timeBase()](const FrameHeader& header) {
+    return base.seconds(header.time);
   };
   const auto work = [&](DecodeItem& item) -> Status {
-    const std::uint64_t number = item.packet.header.number;
-    Result<Surface> surface =
-        decoders.local().decode(item.packet.data, codecOptions(options, item.packet.data));
-    if (!surface) return surface.status().at(fmt::format("{}: frame {}", options.input, number));
-    item.vertices = surface->vertices.size();
-    item.faces = surface->quads.size();
-    if (options.discard) return {};
-    item.path = frameName(options.output, number);
-    std::error_code ignored;
-    ISOREEL_TRY(mayWrite(item.path, options.force));
-    if (item.path.has_parent_path()) std::filesystem::create_directories(item.path.parent_path(), ignored);
-    return io::writeMesh(*surface, item.path, {.normals = options.normals, .seconds = secondsOf(item)});
+    for (const Packet& packet : item.gop.packets) {
+      if (interrupted) return {};
+      const FrameHeader& header = packet.header;
+      Result<Surface> surface =
+          decoders.local().decode(packet.data, codecOptions(options, item.gop.packets.front().data));
+      if (!surface) return surface.status().at(fmt::format("{}: frame {}", options.input, header.number));
+      if (!frames->chosen(header.number)) continue;
+      DecodeItem::Written written{header, {}, surface->vertices.size(), surface->quads.size()};
+      if (!options.discard) {
+        written.path = frameName(options.output, header.number);
+        std::error_code ignored;
+        ISOREEL_TRY(mayWrite(written.path, options.force));
+        if (written.path.has_parent_path())
+          std::filesystem::create_directories(written.path.parent_path(), ignored);
+        ISOREEL_TRY(io::writeMesh(*surface, written.path,
+                                  {.normals = options.normals, .seconds = secondsOf(header)}));
+      }
+      item.written.push_back(std::move(written));
+    }
+    return {};
   };
+  GopSource gops([&](Packet& packet) { return frames->next(packet); });
   ISOREEL_TRY(forEachFrame<DecodeItem>(
-      options.jobs, [&](DecodeItem& item) { return frames->next(item.packet); }, work,
+      options.jobs, [&](DecodeItem& item) { return gops.next(item.gop); }, work,
       [&](DecodeItem& item) -> Status {
-        ++count;
-        vertices += item.vertices;
-        faces += item.faces;
-        if (index) series.push_back({secondsOf(item), item.path});
-        progress.advance();
+        for (const DecodeItem::Written& written : item.written) {
+          ++count;
+          vertices += written.vertices;
+          faces += written.faces;
+          if (index) series.push_back({secondsOf(written.header), written.path});
+          progress.advance();
+        }
         return {};
       }));
   progress.clear();

@@ -3,8 +3,10 @@
 #include <isoreel/codec/encoder.h>
 #include <isoreel/container/writer.h>
 
+#include <bit>
 #include <cmath>
 #include <filesystem>
+#include <mutex>
 #include <nlohmann/json.hpp>
 
 #include "command.h"
@@ -17,6 +19,8 @@
 namespace isoreel::cli {
 namespace {
 
+const std::map<std::string, FrameTypes> kFrameTypes{{"auto", FrameTypes::kAuto},
+                                                    {"intra", FrameTypes::kIntra}};
 const std::map<std::string, Inside> kInside{{"below", Inside::kBelow}, {"above", Inside::kAbove}};
 
 struct EncodeOptions {
@@ -29,7 +33,11 @@ struct EncodeOptions {
   std::string times;
   std::string frames;
   std::string profile = "classic";
-  std::string frame_types = "intra";
+  FrameTypes frame_types = FrameTypes::kAuto;
+  std::uint32_t gop = 12;
+  std::uint32_t block = 8;
+  std::uint32_t search = 8;
+  bool registration = true;
   VertexPlacement placement = VertexPlacement::kQef;
   int jobs = 0;
   bool force = false;
@@ -37,13 +45,15 @@ struct EncodeOptions {
   std::vector<std::string> tags;
 };
 
-/// One frame on its way through the encoder.
+/// One GOP on its way through the encoder: frames [begin, end) of the volumes or isovalues.
 struct EncodeItem {
-  Volume volume;
-  FrameTiming timing;
-  std::string source;
-  Packet packet;
-  PacketSizes sizes;
+  std::uint64_t begin = 0, end = 0;
+  struct Frame {
+    Packet packet;
+    PacketSizes sizes;
+  };
+  std::vector<Frame> frames;
+  Status status;  // why there are fewer
 };
 
 std::uint32_t stepUnits(const std::string& text) {
@@ -101,9 +111,31 @@ std::string tagsJson(const EncodeOptions& options) {
 }
 
 struct Totals {
-  std::uint64_t frames = 0, vertices = 0;
+  std::uint64_t frames = 0, predicted = 0, vertices = 0;
   PacketSizes sizes;
   double error_squares = 0, error_max = 0;
+  nlohmann::ordered_json list;  // of frames
+
+  void add(const Packet& packet, const PacketSizes& bytes) {
+    const FrameHeader& header = packet.header;
+    ++frames;
+    predicted += header.type == PacketType::kPredicted;
+    vertices += header.vertices;
+    sizes.signs += bytes.signs;
+    sizes.motion += bytes.motion;
+    sizes.vertices += bytes.vertices;
+    error_squares += std::pow(static_cast<double>(header.error_rms), 2) * header.vertices;
+    error_max = std::max(error_max, static_cast<double>(header.error_max));
+    list.push_back({{"number", header.number},
+                    {"type", header.type == PacketType::kPredicted ? "P" : "I"},
+                    {"vertices", header.vertices},
+                    {"bytes",
+                     {{"total", packet.data.size()},
+                      {"signs", bytes.signs},
+                      {"motion", bytes.motion},
+                      {"vertices", bytes.vertices},
+                      {"other", bytes.other}}}});
+  }
 };
 
 void printSummary(const EncodeOptions& options, const Totals& totals, std::uint64_t bytes, double seconds) {
@@ -121,16 +153,19 @@ void printSummary(const EncodeOptions& options, const Totals& totals, std::uint6
                                           {"motion", totals.sizes.motion},
                                           {"vertices", totals.sizes.vertices},
                                           {"other", other}}},
+                                        {"predicted_frames", totals.predicted},
+                                        {"frame_list", totals.list},
                                         {"seconds", seconds}};
     fmt::print("{}\n", result.dump());
     return;
   }
-  fmt::print("{}: {}, {} vertices, {} bytes in {:.2f} s\n", options.output, counted(totals.frames, "frame"),
-             totals.vertices, bytes, seconds);
+  fmt::print("{}: {} ({} predicted), {} vertices, {} bytes in {:.2f} s\n", options.output,
+             counted(totals.frames, "frame"), totals.predicted, totals.vertices, bytes, seconds);
   fmt::print(
-      "  {:.2f} bits a vertex: {:.2f} signs, {:.2f} positions; vertices moved {:.4f} cells RMS, at most "
-      "{:.4f}\n",
-      share(bytes), share(totals.sizes.signs), share(totals.sizes.vertices),
+      "  {:.2f} bits a vertex: {:.2f} signs, {:.2f} motion, {:.2f} positions; vertices moved {:.4f} cells "
+      "RMS, at "
+      "most {:.4f}\n",
+      share(bytes), share(totals.sizes.signs), share(totals.sizes.motion), share(totals.sizes.vertices),
       totals.vertices == 0 ? 0.0 : std::sqrt(totals.error_squares / static_cast<double>(totals.vertices)),
       totals.error_max);
 }
@@ -163,6 +198,10 @@ Status encode(const EncodeOptions& options) {
   settings.configuration.grid = volumes->grid();
   settings.configuration.step = step;
   settings.configuration.time_base = times.base;
+  settings.frame_types = options.frame_types;
+  settings.gop = options.gop;
+  settings.motion = {static_cast<std::uint32_t>(std::countr_zero(options.block)), options.search,
+                     options.registration};
   settings.placement = options.placement;
   settings.non_finite = options.volumes.non_finite;
   settings.parallel = parallelFor;
@@ -177,44 +216,55 @@ Status encode(const EncodeOptions& options) {
   Progress progress("encode", range.size());
   Totals totals;
   std::uint64_t next = range.begin;
-  std::optional<Volume> only;  // the single volume of a sequence over isovalues
-
-  const auto read = [&](EncodeItem& item) -> Result<bool> {
-    if (next == range.end) return false;
-    const std::size_t frame = static_cast<std::size_t>(next++);
+  std::mutex reading;
+  std::shared_ptr<const Volume> only;  // the single volume of a sequence over isovalues
+  const auto volumeAt = [&](std::size_t index) -> Result<std::shared_ptr<const Volume>> {
+    const std::lock_guard lock(reading);
+    if (only) return only;
+    ISOREEL_ASSIGN(Volume volume, volumes->read(index));
+    auto shared = std::make_shared<const Volume>(std::move(volume));
+    if (volumes->size() == 1) only = shared;
+    return shared;
+  };
+  const auto encodeFrame = [&](Encoder& encoder, std::size_t frame) -> Result<EncodeItem::Frame> {
     const std::size_t index = volumes->size() == 1 ? 0 : frame;
-    item.source = volumes->name(index);
-    item.timing = {frame - range.begin, times.times[frame], times.durations[frame], isovalues[frame]};
-    if (only) {
-      item.volume = *only;
-      return true;
-    }
-    ISOREEL_ASSIGN(item.volume, volumes->read(index));
-    if (volumes->size() == 1) only = item.volume;
-    return true;
+    ISOREEL_ASSIGN(const std::shared_ptr<const Volume> volume, volumeAt(index));
+    const FrameTiming timing{frame - range.begin, times.times[frame], times.durations[frame],
+                             isovalues[frame]};
+    EncodeItem::Frame result;
+    Result<Packet> packet = encoder.encode(*volume, timing, &result.sizes);
+    if (!packet) return packet.status().at(volumes->name(index));
+    result.packet = *std::move(packet);
+    return result;
+  };
+  // GOPs are closed: each has an encoder of its own.
+  const auto begin = [&](EncodeItem& item) -> Result<bool> {
+    item.begin = next;
+    item.end = next = std::min<std::uint64_t>(next + options.gop, range.end);
+    return item.begin < item.end;
   };
   const auto work = [&](EncodeItem& item) -> Status {
     ISOREEL_ASSIGN(Encoder encoder, Encoder::create(settings));
-    Result<Packet> packet = encoder.encode(item.volume, item.timing, &item.sizes);
-    if (!packet) return packet.status().at(item.source);
-    item.packet = *std::move(packet);
-    item.volume = {};
+    for (std::uint64_t frame = item.begin; frame < item.end; ++frame) {
+      Result<EncodeItem::Frame> coded = interrupted ? Result<EncodeItem::Frame>(ErrorCode::kIo, "interrupted")
+                                                    : encodeFrame(encoder, static_cast<std::size_t>(frame));
+      if (!coded) {
+        item.status = coded.status();
+        return {};
+      }
+      item.frames.push_back(*std::move(coded));
+    }
     return {};
   };
   const auto write = [&](EncodeItem& item) -> Status {
-    ISOREEL_TRY(writer->write(item.packet));
-    const FrameHeader& header = item.packet.header;
-    ++totals.frames;
-    totals.vertices += header.vertices;
-    totals.sizes.signs += item.sizes.signs;
-    totals.sizes.motion += item.sizes.motion;
-    totals.sizes.vertices += item.sizes.vertices;
-    totals.error_squares += std::pow(static_cast<double>(header.error_rms), 2) * header.vertices;
-    totals.error_max = std::max(totals.error_max, static_cast<double>(header.error_max));
-    progress.advance();
-    return {};
+    for (const EncodeItem::Frame& frame : item.frames) {
+      ISOREEL_TRY(writer->write(frame.packet));
+      totals.add(frame.packet, frame.sizes);
+      progress.advance();
+    }
+    return item.status;
   };
-  Status status = forEachFrame<EncodeItem>(options.jobs, read, work, write);
+  Status status = forEachFrame<EncodeItem>(options.jobs, begin, work, write);
   if (status.ok() && totals.frames < range.size()) status = Status(ErrorCode::kIo, "interrupted");
   if (!status.ok()) {
     if (totals.frames == 0) {
@@ -248,8 +298,23 @@ void addEncodeCommand(CLI::App& app, Action& chosen) {
       ->type_name("below|above");
   verb->add_option("--step", options->step, "Quantiser step of vertices, as a part of a cell");
   verb->add_option("--profile", options->profile, "Coding tools")->check(CLI::IsMember({"classic"}));
-  verb->add_option("--frame-types", options->frame_types, "Frames that may be used")
-      ->check(CLI::IsMember({"intra"}));
+  verb->add_option_function<std::string>(
+          "--frame-types",
+          [options = options.get()](const std::string& text) {
+            options->frame_types = choice("--frame-types", kFrameTypes, text);
+          },
+          "Predict frames from those before them where that is smaller, or none")
+      ->default_str("auto")
+      ->type_name("auto|intra");
+  verb->add_option("--gop", options->gop, "Frames from one that decodes alone to the next, at most")
+      ->check(CLI::Range(1, 1 << 20));
+  verb->add_option("--block", options->block, "Side of the blocks that move, in cells")
+      ->check(CLI::IsMember({4, 8, 16, 32}));
+  verb->add_option("--search", options->search,
+                   "Range of the coarse motion search around what neighbours say, in cells; 0: none")
+      ->check(CLI::Range(0, 64));
+  verb->add_flag("!--no-registration", options->registration,
+                 "Leave motion as the coarse search finds it (to see what registration is worth)");
   verb->add_option_function<std::string>(
           "--vertex",
           [options = options.get()](const std::string& text) {

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "command.h"
+#include "gop.h"
 #include "input.h"
 #include "output.h"
 #include "parallel.h"
@@ -61,27 +62,31 @@ Status verifyChunks(const VerifyOptions& options, Findings& findings, std::vecto
   const ThreadLimit limit(options.jobs);
   Progress progress("verify", std::nullopt);
   struct Item {
-    Packet packet;
-    Status status;
+    Gop gop;
+    std::vector<Status> statuses;
   };
+  GopSource gops([&](Packet& packet) -> Result<bool> {
+    ISOREEL_ASSIGN(std::optional<Packet> read, stream->next());
+    if (!read) return false;
+    packet = *std::move(read);
+    return true;
+  });
   return forEachFrame<Item>(
-      options.jobs,
-      [&](Item& item) -> Result<bool> {
-        ISOREEL_ASSIGN(std::optional<Packet> packet, stream->next());
-        if (!packet) return false;
-        item.packet = *std::move(packet);
-        return true;
-      },
+      options.jobs, [&](Item& item) { return gops.next(item.gop); },
       [&](Item& item) -> Status {
         Decoder decoder;
-        item.status = checkFrame(decoder, item.packet, configuration);
+        for (const Packet& packet : item.gop.packets)
+          item.statuses.push_back(checkFrame(decoder, packet, configuration));
         return {};
       },
       [&](Item& item) -> Status {
-        ++findings.frames;
-        headers.push_back(item.packet.header);
-        findings.add(item.status.at(fmt::format("frame {}", item.packet.header.number)));
-        progress.advance();
+        for (std::size_t i = 0; i < item.statuses.size(); ++i) {
+          const FrameHeader& header = item.gop.packets[i].header;
+          ++findings.frames;
+          headers.push_back(header);
+          findings.add(item.statuses[i].at(fmt::format("frame {}", header.number)));
+          progress.advance();
+        }
         return {};
       });
 }
