@@ -8,6 +8,7 @@
 #include <isoreel/codec/grid.h>
 
 #include <bit>
+#include <span>
 
 #include "intra/new_nodes.h"
 #include "intra/sign_context.h"
@@ -155,19 +156,13 @@ class SignTree {
 
   // The cells around the brick that are in the grid.
   static CellBlock cellsInGrid(const CellIndex::Brick& brick, const LevelLattice& parents) {
-    CellBlock result;
-    std::array<std::int32_t, 3> first{}, last{};
     const std::array<std::int32_t, 3> base{4 * brick.x, 4 * brick.y, 4 * brick.z};
+    std::array<std::int32_t, 3> first{}, last{};
     for (std::size_t axis = 0; axis < 3; ++axis) {
       first[axis] = std::max(-1, -base[axis]);
       last[axis] = std::min(4, parents.cells[axis] - 1 - base[axis]);
     }
-    for (int z = first[2]; z <= last[2]; ++z) {
-      for (int y = first[1]; y <= last[1]; ++y) {
-        for (int x = first[0]; x <= last[0]; ++x) result.add(x, y, z);
-      }
-    }
-    return result;
+    return CellBlock::box(first, last);
   }
 
   void codeSigns(std::uint32_t number, const LevelLattice& parents, const LevelLattice& lattice,
@@ -246,10 +241,8 @@ class SignTree {
           kept |= std::uint32_t{leaves.code(model, truth_.divided(level, child(c)))} << c;
         }
       }
-      for (std::uint32_t c = 0; c < 8; ++c) {
-        made_[count] = child(c);
-        count += kept >> c & 1;
-      }
+      for (; kept != 0; kept &= kept - 1)
+        made_[count++] = child(static_cast<std::uint32_t>(std::countr_zero(kept)));
     }
     children_.insert(children_.end(), made_.begin(), made_.begin() + static_cast<std::ptrdiff_t>(count));
     if (children_.size() > max_cells_) {
@@ -269,7 +262,7 @@ class SignTree {
   std::vector<SignBlock> blocks_;     // one for each brick of index_
   std::array<Neighbour, 28> around_;  // of the brick at hand, itself included
   std::size_t around_count_ = 0;
-  std::array<Cell, std::size_t{8} * 64 + 1> made_;  // the children of a brick, and the one that is not kept
+  std::array<Cell, std::size_t{8} * 64> made_;  // the children of a brick
   SignTreeModels& models_;
 };
 

@@ -11,6 +11,15 @@ class CellBlock {
  public:
   static constexpr int kLane = 9;  // a row's place in its plane: so three planes of 3×3 cells interleave
 
+  /// The cells from `first` to `last`, both -1 to 4.
+  static CellBlock box(const std::array<std::int32_t, 3>& first, const std::array<std::int32_t, 3>& last) {
+    std::uint64_t plane = 0;
+    for (int y = first[1]; y <= last[1]; ++y) plane |= 2 * bit(last[0], y) - bit(first[0], y);
+    CellBlock result;
+    for (int z = first[2]; z <= last[2]; ++z) result.planes_[static_cast<std::size_t>(z + 1)] = plane;
+    return result;
+  }
+
   /// Adds the cells of the brick at offset (dx, dy, dz), each -1 to 1; `rows` as of CellIndex::Brick.
   void add(std::uint64_t rows, int dx, int dy, int dz) {
     const int first = dz < 0 ? -1 : dz > 0 ? 4 : 0, last = dz < 0 ? -1 : dz > 0 ? 4 : 3;

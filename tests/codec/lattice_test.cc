@@ -142,6 +142,26 @@ TEST(CellBlock, AgreesWithASet) {
   }
 }
 
+TEST(CellBlock, HoldsABox) {
+  made::Random random(12);
+  for (int trial = 0; trial < 200; ++trial) {
+    Place first{}, last{};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      first[axis] = static_cast<std::int32_t>(random() % 6) - 1;
+      last[axis] =
+          first[axis] + static_cast<std::int32_t>(random() % static_cast<std::uint32_t>(5 - first[axis]));
+    }
+    const CellBlock box = CellBlock::box(first, last);
+    for (int i = 0; i < 216; ++i) {
+      const Place at{i % 6 - 1, i / 6 % 6 - 1, i / 36 - 1};
+      bool in = true;
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        in = in && at[axis] >= first[axis] && at[axis] <= last[axis];
+      ASSERT_EQ(box.has(at[0], at[1], at[2]), in);
+    }
+  }
+}
+
 // A lattice of 2×2×2 bricks whose blocks know what they are told, next to a map of it.
 class SignBlocks : public testing::Test {
  protected:
@@ -335,6 +355,41 @@ TEST(DualMesh, AgreesWithTheReference) {
     CellIndex index;
     index.build(cells);
     EXPECT_EQ(dualQuads(cells, index), reference.quads) << m.name;
+  }
+}
+
+TEST(Triangles, SplitAlongTheShorterDiagonalInTheWorld) {
+  const made::Made& m = made::named("sphere");
+  auto surface = extractSurface(m.volume, m.isovalue, m.inside);
+  ASSERT_TRUE(surface.ok());
+  made::Random random(11);
+  for (GridPosition& p : surface->vertices) {
+    for (std::int32_t& x : p)
+      x += static_cast<std::int32_t>(random() % 3) * kCell / 8;  // many equal diagonals
+  }
+  for (int turned = 0; turned < 2; ++turned) {
+    for (const double mirror : {1.0, -1.0}) {
+      Grid& grid = surface->grid;
+      grid.origin = {1e6, -0.1, 3};
+      grid.spacing = {0.1, 0.1, 0.3};
+      grid.direction = turned != 0 ? std::array<double, 9>{0.6, -0.8, 0, 0.8, 0.6, 0, 0, 0, mirror}
+                                   : std::array<double, 9>{mirror, 0, 0, 0, 1, 0, 0, 0, 1};
+      std::vector<Triangle> expected;
+      for (const auto& [a, b, c, d] : surface->quads) {
+        const auto squared = [&](std::uint32_t i, std::uint32_t j) {
+          const Vec3d p = surface->world(i), q = surface->world(j);
+          const Vec3d e{p[0] - q[0], p[1] - q[1], p[2] - q[2]};
+          return e[0] * e[0] + e[1] * e[1] + e[2] * e[2];
+        };
+        const bool first = squared(a, c) <= squared(b, d);
+        expected.push_back(first ? Triangle{a, b, c} : Triangle{a, b, d});
+        expected.push_back(first ? Triangle{a, c, d} : Triangle{b, c, d});
+      }
+      if (mirror < 0) {
+        for (Triangle& t : expected) std::swap(t[1], t[2]);
+      }
+      ASSERT_EQ(surface->triangles(), expected);
+    }
   }
 }
 
