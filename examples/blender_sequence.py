@@ -2,7 +2,7 @@
 """Loads numbered mesh files (.ply, .stl, .glb) into Blender as an animation: an object for each file, shown in its
 frame and hidden in all others. Blender 2.93 and later.
 
-usage: blender --python blender_sequence.py -- FOLDER [--fps 25] [--save FILE.blend] [--render PICTURE_####.png]"""
+usage: blender --python blender_sequence.py -- FOLDER [--fps 25] [--save FILE.blend]"""
 
 import argparse
 import re
@@ -26,7 +26,6 @@ def arguments():
     parser.add_argument("folder", type=Path, help="where the files are")
     parser.add_argument("--fps", type=int, default=25, help="frames a second (default: %(default)s)")
     parser.add_argument("--save", type=Path, help="a .blend file to write")
-    parser.add_argument("--render", type=Path, help="pictures to write; #### is the frame")
     return parser.parse_args(words)
 
 
@@ -85,9 +84,6 @@ def main():
     print(f"{len(files)} frames, {len(bpy.data.meshes)} meshes")
     if options.save:
         bpy.ops.wm.save_as_mainfile(filepath=str(options.save.resolve()))
-    if options.render:
-        scene.render.filepath = str(options.render.resolve())
-        bpy.ops.render.render(animation=True)
 
 
 main()
