@@ -81,7 +81,7 @@ def read_configuration(record):
     f = Fields(record[8:-4])
     f.fixed(1, 0, 0)  # profile
     f.fixed(1, 0, 1)  # inside
-    f.varint(0, 0)  # tools
+    f.varint(0, 1)  # tools
     nodes = [f.varint(2, 65536) for _ in range(3)]
     f.varint(1, CELL)  # nominal step
     f.varint(1), f.varint(1)  # time base
@@ -107,7 +107,7 @@ class Packet:
         require(crc32c(data[4:front.at]) == crc, "the header's CRC does not match")
         kind = f.fixed(1, 0, 1)
         f.varint(0, MASK64), f.varint(0, MASK64), f.varint(0, MASK64)  # number, time, duration
-        for _ in range(f.varint(0, 4 if kind else 0)):
+        for _ in range(f.varint(kind, kind)):
             f.varint(1, MASK64)  # references
         f.f64()  # isovalue
         self.step, self.tangential_step = f.varint(1, CELL), f.varint(1, CELL)

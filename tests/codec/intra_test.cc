@@ -42,8 +42,9 @@ TEST(SignTree, DecodesTheCellsOfEveryLevel) {
   for (const made::Made& m : made::all()) {
     SCOPED_TRACE(m.name);
     const Grid& grid = m.volume.grid;
-    SignTree<RangePut, SampleTruth> put(grid, {&m}, 1u << 20);
-    SignTree<RangeGet, UnknownTruth> get(grid, {}, 1u << 20);
+    SignTreeModels put_models, get_models;
+    SignTree<RangePut, SampleTruth> put(grid, {&m}, 1u << 20, put_models);
+    SignTree<RangeGet, UnknownTruth> get(grid, {}, 1u << 20, get_models);
     ASSERT_EQ(put.depth(), made::depthOf(grid));
     for (std::uint32_t level = 0; level <= put.depth(); ++level) {
       Bytes sign_bytes, leaf_bytes;
@@ -75,7 +76,8 @@ TEST(SignTree, DecodesTheCellsOfEveryLevel) {
 
 TEST(SignTree, StopsAtMoreCellsThanAllowed) {
   const made::Made& m = made::named("sphere");
-  SignTree<RangePut, SampleTruth> tree(m.volume.grid, {&m}, 10);
+  SignTreeModels models;
+  SignTree<RangePut, SampleTruth> tree(m.volume.grid, {&m}, 10, models);
   Status status;
   for (std::uint32_t level = 0; level <= tree.depth() && status.ok(); ++level) {
     Bytes bytes, more;
@@ -91,7 +93,8 @@ TEST(SignTree, EndlessZerosEnd) {
   // The widest grid and a stream that has ended: the coder must give up soon, not walk 2^48 nodes.
   const Grid grid = made::gridOf(kMaxNodes, kMaxNodes, kMaxNodes);
   for (const std::uint8_t byte : {std::uint8_t{0}, std::uint8_t{0x80}, std::uint8_t{0xFF}}) {
-    SignTree<RangeGet, UnknownTruth> tree(grid, {}, 1u << 20);
+    SignTreeModels models;
+    SignTree<RangeGet, UnknownTruth> tree(grid, {}, 1u << 20, models);
     const Bytes bytes(20, byte);
     Status status;
     for (std::uint32_t level = 0; level <= tree.depth() && status.ok(); ++level) {

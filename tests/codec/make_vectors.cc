@@ -156,14 +156,12 @@ void rejectAll(Vectors& vectors) {
   vectors.reject("trailing_byte", "1 bytes behind its last section", longer);
   vectors.reject("record_version_2", "version 2", record(4, 2));
   vectors.reject("record_profile_1", "profile 1 is above 0", record(8, 1));
-  vectors.reject("record_tools", "tools 1 is above 0", record(10, 1));
+  vectors.reject("record_tools", "tools 2 is above 1", record(10, 2));
   vectors.reject("record_one_node", "nodes 1 is below 2", record(11, 1));
   vectors.reject("record_bad_crc", "configuration record: its CRC does not match",
                  with([](made::Parts& p) { p.header.configuration.back() ^= 1; }));
-  vectors.reject("type_p", "packet type P is reserved", with([](made::Parts& p) {
-                   p.header.type = PacketType::kPredicted;
-                   p.header.configuration.clear();
-                 }));
+    vectors.reject("type_p", "reference count 0 is below 1",
+                 made::withHeader(good, [](Bytes& fields) { fields[0] = 1; }));
   vectors.reject("too_many_vertices", "vertices cannot come from",
                  with([](made::Parts& p) { p.header.vertices = 1u << 27; }));
   vectors.reject("too_few_vertices", "more cells at level 5 than the header's",

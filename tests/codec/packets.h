@@ -61,22 +61,29 @@ inline void changeRecord(Bytes& record, std::size_t at, std::uint8_t value) {
   for (std::size_t i = 0; i < 4; ++i) record[end + i] = static_cast<std::uint8_t>(crc >> (8 * i));
 }
 
-/// A copy of the packet whose header has `extra` bytes behind its fields, as a later minor version may.
-inline Bytes withLongerHeader(ByteSpan packet, std::size_t extra) {
+/// A copy of the packet whose header has gone through change(Bytes&): headers that no writer makes.
+template <class Change>
+Bytes withHeader(ByteSpan packet, Change change) {
   ByteReader in(packet);
   in.fixed<std::uint32_t>();
-  const ByteSpan fields = in.bytes(static_cast<std::size_t>(in.varint()));
+  const ByteSpan old = in.bytes(static_cast<std::size_t>(in.varint()));
+  Bytes fields(old.begin(), old.end());
+  change(fields);
   Bytes head;
   ByteWriter out(head);
-  out.varint(fields.size() + extra);
+  out.varint(fields.size());
   out.bytes(fields);
-  out.bytes(Bytes(extra, 0xA5));
   Bytes result;
   ByteWriter whole(result);
   whole.fixed(crc32c(head));
   whole.bytes(head);
   whole.bytes(packet.subspan(in.position()));
   return result;
+}
+
+/// A copy of the packet whose header has `extra` bytes behind its fields, as a later minor version may.
+inline Bytes withLongerHeader(ByteSpan packet, std::size_t extra) {
+  return withHeader(packet, [&](Bytes& fields) { fields.resize(fields.size() + extra, 0xA5); });
 }
 
 }  // namespace isoreel::made

@@ -39,6 +39,8 @@ TEST(ConfigurationRecord, RoundTripsWithAnEvenLength) {
     if (without == 1) list.back().grid.spacing = plain.spacing;
     if (without == 2) list.back().grid.direction = plain.direction;
   }
+  list.push_back(placed());
+  list.back().tools = kToolPrediction;
   for (std::uint32_t step = 1; step <= 16384; step *= 2) {
     list.push_back(Configuration{});
     list.back().step = step;
@@ -63,7 +65,7 @@ TEST(ConfigurationRecord, WriterRefusesWhatAReaderWould) {
   EXPECT_FALSE(refuses([](Configuration&) {}));
   EXPECT_TRUE(refuses([](Configuration& c) { c.profile = Profile::kMain; }));
   EXPECT_TRUE(refuses([](Configuration& c) { c.inside = static_cast<Inside>(2); }));
-  EXPECT_TRUE(refuses([](Configuration& c) { c.tools = 1; }));
+  EXPECT_TRUE(refuses([](Configuration& c) { c.tools = 2; }));
   EXPECT_TRUE(refuses([](Configuration& c) { c.grid.nodes[0] = 1; }));
   EXPECT_TRUE(refuses([](Configuration& c) { c.grid.nodes[2] = 65537; }));
   EXPECT_TRUE(refuses([](Configuration& c) { c.step = 0; }));
@@ -98,7 +100,8 @@ TEST(ConfigurationRecord, ReaderRefusesEachValueOutOfItsRange) {
   EXPECT_TRUE(has(changed(6, 12), "length"));
   EXPECT_TRUE(has(changed(8, 1), "profile 1 is above 0 (spec codec 2.2)"));
   EXPECT_TRUE(has(changed(9, 2), "inside 2 is above 1"));
-  EXPECT_TRUE(has(changed(10, 1), "tools 1 is above 0"));
+  EXPECT_EQ(changed(10, 1), "fine") << "prediction";
+  EXPECT_TRUE(has(changed(10, 2), "tools 2 is above 1"));
   for (std::size_t axis = 0; axis < 3; ++axis) EXPECT_TRUE(has(changed(11 + axis, 1), "nodes 1 is below 2"));
   EXPECT_TRUE(has(changed(15, 0), "step is not a canonical varint"));
   EXPECT_TRUE(has(changed(16, 0), "time base numerator 0 is below 1"));
@@ -204,7 +207,7 @@ TEST(PacketHeaderSyntax, RoundTripsEveryField) {
 
   h.type = PacketType::kPredicted;
   h.configuration.clear();
-  h.references = {1, 2, 1000};
+  h.references = {1000};
   EXPECT_EQ(made::taken(made::joined(parts)).header.references, h.references);
 }
 
@@ -221,6 +224,21 @@ TEST(PacketHeaderSyntax, WriterRefusesWhatBreaksItsRules) {
   EXPECT_TRUE(refuses([](PacketHeader& h) { h.type = PacketType::kPredicted; }));
   EXPECT_TRUE(refuses([](PacketHeader& h) { h.type = static_cast<PacketType>(2); }));
   EXPECT_TRUE(refuses([](PacketHeader& h) { h.references = {1}; }));
+  const auto refuses_predicted = [&](std::vector<std::uint64_t> references, std::uint64_t number) {
+    return refuses([&](PacketHeader& h) {
+      h.type = PacketType::kPredicted;
+      h.configuration.clear();
+      h.references = std::move(references);
+      h.number = number;
+    });
+  };
+  EXPECT_FALSE(refuses_predicted({1}, 1));
+  EXPECT_FALSE(refuses_predicted({7}, 7));
+  EXPECT_TRUE(refuses_predicted({}, 7)) << "a P packet has one reference";
+  EXPECT_TRUE(refuses_predicted({1, 2}, 7));
+  EXPECT_TRUE(refuses_predicted({0}, 7));
+  EXPECT_TRUE(refuses_predicted({8}, 7)) << "there is no frame before the first";
+  EXPECT_TRUE(refuses_predicted({1}, 0));
   EXPECT_TRUE(refuses([](PacketHeader& h) { h.step = 0; }));
   EXPECT_TRUE(refuses([](PacketHeader& h) { h.tangential_step = 16385; }));
   EXPECT_TRUE(refuses([](PacketHeader& h) { h.isovalue = std::numeric_limits<double>::infinity(); }));
