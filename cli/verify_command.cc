@@ -45,6 +45,31 @@ struct Findings {
   std::string file;
   std::uint64_t frames = 0;
   std::vector<std::string> problems;
+  std::vector<std::uint64_t> lost;  // frames that are well, but depend on some that are not
+
+  /// What was found of a frame that was decoded after those before it. A P frame whose reference is missing
+  /// is lost; its reference is among the problems.
+  void addFrame(const FrameHeader& header, const Status& status) {
+    if (!status.ok() && header.type == PacketType::kPredicted &&
+        status.error().code == ErrorCode::kNotFound) {
+      lost.push_back(header.number);
+    } else {
+      add(status.at(fmt::format("frame {}", header.number)));
+    }
+  }
+  /// "frames 6 to 7 cannot be decoded without it", a line for each run.
+  std::vector<std::string> losses() const {
+    std::vector<std::string> lines;
+    for (std::size_t i = 0; i < lost.size();) {
+      std::size_t end = i + 1;
+      while (end < lost.size() && lost[end] == lost[end - 1] + 1) ++end;
+      lines.push_back(end - i == 1 ? fmt::format("{}: frame {} cannot be decoded without it", file, lost[i])
+                                   : fmt::format("{}: frames {} to {} cannot be decoded without it", file,
+                                                 lost[i], lost[end - 1]));
+      i = end;
+    }
+    return lines;
+  }
 
   /// Once each, with the file's name. Fine is no problem.
   void add(const Status& status) {
@@ -84,7 +109,7 @@ Status verifyChunks(const VerifyOptions& options, Findings& findings, std::vecto
           const FrameHeader& header = item.gop.packets[i].header;
           ++findings.frames;
           headers.push_back(header);
-          findings.add(item.statuses[i].at(fmt::format("frame {}", header.number)));
+          findings.addFrame(header, item.statuses[i]);
           progress.advance();
         }
         return {};
@@ -104,8 +129,7 @@ void verifyRest(const VerifyOptions& options, Findings& findings) {
     if (!data) continue;
     packet.data = *std::move(data);
     ++findings.frames;
-    findings.add(
-        checkFrame(decoder, packet, input->configuration).at(fmt::format("frame {}", packet.header.number)));
+    findings.addFrame(packet.header, checkFrame(decoder, packet, input->configuration));
   }
 }
 
@@ -133,7 +157,7 @@ Status verifyIndex(const VerifyOptions& options, const std::vector<FrameHeader>&
 }
 
 Status verify(const VerifyOptions& options) {
-  Findings findings{options.input, 0, {}};
+  Findings findings{options.input, 0, {}, {}};
   std::vector<FrameHeader> headers;
   if (const Status status = verifyChunks(options, findings, headers); !status.ok()) {
     findings.add(status);
@@ -145,10 +169,12 @@ Status verify(const VerifyOptions& options) {
   if (options.json) {
     fmt::print("{}\n", nlohmann::ordered_json{{"ok", findings.problems.empty()},
                                               {"frames", findings.frames},
-                                              {"problems", findings.problems}}
+                                              {"problems", findings.problems},
+                                              {"lost", findings.lost}}
                            .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
   } else {
     for (const std::string& problem : findings.problems) fmt::print("{}\n", problem);
+    for (const std::string& loss : findings.losses()) fmt::print("{}\n", loss);
     if (findings.problems.empty())
       fmt::print("{}: {}, every checksum, hash and surface is right\n", options.input,
                  counted(findings.frames, "frame"));
@@ -166,7 +192,9 @@ void addVerifyCommand(CLI::App& app, Action& chosen) {
   const auto options = std::make_shared<VerifyOptions>();
   verb->add_option("input", options->input, "The .isr file; - for standard input")->required();
   verb->add_option("--jobs", options->jobs, "Threads; 0: one a core")->check(CLI::Range(0, 256));
-  verb->add_flag("--json", options->json, "One JSON object: ok, frames, problems");
+  verb->add_flag(
+      "--json", options->json,
+      "One JSON object: ok, frames, problems, lost (numbers of frames that others' damage takes away)");
   verb->callback([options, &chosen] { chosen = [options] { return verify(*options); }; });
 }
 

@@ -12,7 +12,7 @@ class DamageTest : public CliTest {
  protected:
   DamageTest() {
     sequence();
-    ok("isoreel encode seq.json -o seq.isr --iso 0");
+    ok("isoreel encode seq.json -o seq.isr --iso 0 --frame-types intra");
     whole_ = content("seq.isr");
   }
   /// Where the chunks of frames start, by their type.

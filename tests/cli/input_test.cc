@@ -17,7 +17,7 @@ class InputTest : public CliTest {
 
 TEST_F(InputTest, OneVolumeAtSeveralIsovalues) {
   balls("ball", 17, {{{8, 8, 8}, 6}});
-  ok("isoreel encode ball.json -o scan.isr --iso -1,0,1.5,3");
+  ok("isoreel encode ball.json -o scan.isr --iso -1,0,1.5,3 --frame-types intra");
   ok("isoreel verify scan.isr");
   const auto list = frames("scan.isr");
   ASSERT_EQ(list.size(), 4u);
@@ -25,7 +25,7 @@ TEST_F(InputTest, OneVolumeAtSeveralIsovalues) {
   EXPECT_EQ(list[2]["isovalue"], 1.5);
   for (std::size_t i = 1; i < 4; ++i) EXPECT_LT(list[i]["volume"], list[i - 1]["volume"]);
   EXPECT_LT(json("isoreel compare scan.isr ball.json --samples 2000 --json")["extracted"]["rms"], 0.05);
-  ok("isoreel encode ball.json -o part.isr --iso -1,0,1.5,3 --frames 2:");
+  ok("isoreel encode ball.json -o part.isr --iso -1,0,1.5,3 --frames 2: --frame-types intra");
   const auto part = frames("part.isr");
   ASSERT_EQ(part.size(), 2u);
   EXPECT_EQ(part[0]["hash"], list[2]["hash"]);

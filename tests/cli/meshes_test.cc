@@ -12,7 +12,7 @@ class MeshesTest : public CliTest {
  protected:
   MeshesTest() {
     sequence();
-    ok("isoreel encode seq.json -o seq.isr --iso 0");
+    ok("isoreel encode seq.json -o seq.isr --iso 0 --frame-types intra");
   }
   using Names = std::vector<std::string>;
 };

@@ -26,8 +26,8 @@ TEST_F(UsageTest, HelpTellsDefaults) {
     for (const std::string& part : parts)
       EXPECT_NE(help.find(part), std::string::npos) << part << "\n" << help;
   };
-  tells("encode", {"=1/16", "=25", "=qef", "=error", "=classic", "=intra", "]=0", "default: 0 for level sets",
-                   "default: below for level sets, else above", "default: all"});
+  tells("encode", {"=1/16", "=25", "=qef", "=error", "=classic", "=auto", "=12", "=8", "]=0",
+                   "default: 0 for level sets", "default: below for level sets, else above", "default: all"});
   tells("decode", {"]=0", "default: all"});
   tells("compare", {"=200000", "=qef", "=error", "]=0"});
   tells("render", {"=35,25", "]=1\n", "]=12", "default: 1280x960"});
@@ -48,7 +48,7 @@ TEST_F(UsageTest, MistakesAreNamed) {
   for (const char* bad : {"-1", "257", "x"})
     fails(fmt::format("isoreel verify x.isr --jobs={}", bad), 2, "--jobs");
   fails("isoreel encode x -o y --iso 0 --profile main", 2, "--profile");
-  fails("isoreel encode x -o y --iso 0 --frame-types auto", 2, "--frame-types");
+  fails("isoreel encode x -o y --iso 0 --frame-types both", 2, "--frame-types");
   fails("isoreel compare a.isr", 2, "input");
   fails("isoreel compare a.isr b.json --samples 5", 2, "--samples");
 }

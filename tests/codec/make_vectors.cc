@@ -160,7 +160,7 @@ void rejectAll(Vectors& vectors) {
   vectors.reject("record_one_node", "nodes 1 is below 2", record(11, 1));
   vectors.reject("record_bad_crc", "configuration record: its CRC does not match",
                  with([](made::Parts& p) { p.header.configuration.back() ^= 1; }));
-    vectors.reject("type_p", "reference count 0 is below 1",
+  vectors.reject("type_p", "reference count 0 is below 1",
                  made::withHeader(good, [](Bytes& fields) { fields[0] = 1; }));
   vectors.reject("too_many_vertices", "vertices cannot come from",
                  with([](made::Parts& p) { p.header.vertices = 1u << 27; }));
