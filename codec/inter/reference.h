@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The surface that a P packet is predicted from, and what it says of a place near it (spec codec 8.1
-// and 8.4).
+// The surface that a P packet is predicted from, and what it says of a place near it (spec codec 8.4).
 #pragma once
 
 #include <isoreel/codec/surface.h>

@@ -14,10 +14,12 @@ namespace {
 
 const std::string kFolder = std::string(ISOREEL_SPEC) + "/vectors/";
 
-Bytes fileOf(const nlohmann::json& entry) {
-  std::ifstream in(kFolder + entry.at("file").get<std::string>(), std::ios::binary);
+Bytes fileNamed(const std::string& name) {
+  std::ifstream in(kFolder + name, std::ios::binary);
   return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
 }
+
+Bytes fileOf(const nlohmann::json& entry) { return fileNamed(entry.at("file").get<std::string>()); }
 
 nlohmann::json manifest() {
   std::ifstream in(kFolder + "manifest.json");
@@ -58,6 +60,42 @@ TEST(Vectors, DecodeToWhatTheManifestSays) {
   }
 }
 
+TEST(Vectors, SequencesDecodeToWhatTheManifestSays) {
+  const nlohmann::json list = manifest();
+  ASSERT_GE(list.at("sequences").size(), 10u);
+  for (const auto& entry : list.at("sequences")) {
+    SCOPED_TRACE(entry.at("name").get<std::string>());
+    std::vector<Bytes> packets;
+    Decoder decoder;
+    for (const auto& packet : entry.at("packets")) {
+      SCOPED_TRACE(packet.at("file").get<std::string>());
+      packets.push_back(fileOf(packet));
+      expectSummary(decoder.decode(packets.back()), packet);
+    }
+    ASSERT_GE(packets.size(), 3u);
+    const auto last = [&](std::size_t bytes, const DecodeOptions& options) {
+      Decoder anew;
+      for (std::size_t i = 0; i + 1 < packets.size(); ++i) EXPECT_TRUE(anew.decode(packets[i]).ok());
+      return anew.decode(ByteSpan(packets.back()).first(bytes), options);
+    };
+    DecodeOptions options;
+    for (std::uint32_t level = 0; level < entry.at("levels").size(); ++level) {
+      options.level = level;
+      expectSummary(last(packets.back().size(), options), entry.at("levels")[level]);
+    }
+    options = {};
+    options.allow_prefix = true;
+    const auto& prefix = entry.at("prefix");
+    expectSummary(last(prefix.at("bytes").get<std::size_t>(), options), prefix);
+  }
+}
+
+void expectRefused(const Result<Surface>& surface, const nlohmann::json& entry) {
+  ASSERT_FALSE(surface.ok());
+  EXPECT_NE(surface.error().message.find(entry.at("error").get<std::string>()), std::string::npos)
+      << surface.error().message;
+}
+
 TEST(Vectors, AreRefusedForTheReasonTheManifestGives) {
   const nlohmann::json list = manifest();
   ASSERT_GE(list.at("reject").size(), 10u);
@@ -65,10 +103,15 @@ TEST(Vectors, AreRefusedForTheReasonTheManifestGives) {
     SCOPED_TRACE(entry.at("name").get<std::string>());
     const Bytes packet = fileOf(entry);
     ASSERT_FALSE(packet.empty());
-    const auto surface = Decoder().decode(packet);
-    ASSERT_FALSE(surface.ok());
-    EXPECT_NE(surface.error().message.find(entry.at("error").get<std::string>()), std::string::npos)
-        << surface.error().message;
+    expectRefused(Decoder().decode(packet), entry);
+  }
+  ASSERT_GE(list.at("reject_after").size(), 10u);
+  for (const auto& entry : list.at("reject_after")) {
+    SCOPED_TRACE(entry.at("name").get<std::string>());
+    Decoder decoder;
+    for (const auto& before : entry.at("after"))
+      ASSERT_TRUE(decoder.decode(fileNamed(before.get<std::string>())).ok());
+    expectRefused(decoder.decode(fileOf(entry)), entry);
   }
 }
 
