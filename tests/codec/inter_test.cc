@@ -316,19 +316,6 @@ TEST(Predicted, AnyVectorsWeightsAndResidualsDecode) {
   }
 }
 
-/// Whatever the decoder gave must be safe to use.
-void expectUsable(const Surface& surface) {
-  for (const Quad& quad : surface.quads) {
-    for (const std::uint32_t i : quad) ASSERT_LT(i, surface.vertices.size());
-  }
-  for (const GridPosition& p : surface.vertices) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      ASSERT_GE(p[k], 0);
-      ASSERT_LE(p[k], static_cast<std::int32_t>(surface.grid.nodes[k] - 1) * kCell);
-    }
-  }
-}
-
 TEST(Damage, OfAPredictedPacketIsFound) {
   const auto packets = slowSphere(2);
   Decoder decoder;
@@ -339,7 +326,7 @@ TEST(Damage, OfAPredictedPacketIsFound) {
     ASSERT_FALSE(decoder.decode(ByteSpan(packets[1]).first(size)).ok());
     ASSERT_TRUE(decoder.decode(packets[0]).ok());
     const auto surface = decoder.decode(ByteSpan(packets[1]).first(size), prefix);
-    if (surface.ok()) expectUsable(*surface);
+    if (surface.ok()) made::expectUsable(*surface);
   }
   Bytes packet = packets[1];
   for (std::size_t bit = 0; bit < packet.size() * 8; bit += 3) {
@@ -379,7 +366,7 @@ TEST(Damage, OfAPredictedPacketBehindGoodChecksumsNeverBreaksTheDecoder) {
     }
     ASSERT_TRUE(decoder.decode(packets[0]).ok());
     const auto surface = decoder.decode(made::joined(parts));
-    if (surface.ok()) expectUsable(*surface);
+    if (surface.ok()) made::expectUsable(*surface);
     refused += !surface.ok();
     const auto next = decoder.decode(packets[2]);
     EXPECT_LE(next.ok(), surface.ok()) << "nothing goes on from a refused packet";
