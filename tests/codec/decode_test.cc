@@ -14,19 +14,6 @@ Result<Surface> decodedLevel(ByteSpan packet, std::uint32_t level) {
   return Decoder().decode(packet, options);
 }
 
-/// Whatever the decoder gave must be safe to use.
-void expectUsable(const Surface& surface) {
-  for (const Quad& quad : surface.quads) {
-    for (const std::uint32_t i : quad) ASSERT_LT(i, surface.vertices.size());
-  }
-  for (const GridPosition& p : surface.vertices) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      ASSERT_GE(p[k], 0);
-      ASSERT_LE(p[k], static_cast<std::int32_t>(surface.grid.nodes[k] - 1) * kCell);
-    }
-  }
-}
-
 TEST(Level, IsTheMeshOfTheCoarserLatticeAndClosed) {
   for (const made::Made& m : made::all()) {
     const Bytes packet = made::encoded(m).data;
@@ -208,7 +195,7 @@ TEST(Damage, BehindGoodChecksumsNeverBreaksTheDecoder) {
         if (coarse) options.level = random() % 6;
         const auto surface = decoder.decode(packet, options);
         ++(surface.ok() ? accepted : refused);
-        if (surface.ok()) expectUsable(*surface);
+        if (surface.ok()) made::expectUsable(*surface);
       }
     }
   }
@@ -240,7 +227,7 @@ TEST(Damage, CutShortWithinAnyTreeNeverBreaksTheDecoder) {
     DecodeOptions options;
     options.level = random() % 17;
     const auto surface = decoder.decode(made::joined(parts), options);
-    if (surface.ok()) expectUsable(*surface);
+    if (surface.ok()) made::expectUsable(*surface);
   }
 }
 

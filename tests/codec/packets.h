@@ -3,6 +3,7 @@
 #pragma once
 
 #include <isoreel/codec/packet_header.h>
+#include <isoreel/codec/surface.h>
 
 #include <gtest/gtest.h>
 
@@ -84,6 +85,19 @@ Bytes withHeader(ByteSpan packet, Change change) {
 /// A copy of the packet whose header has `extra` bytes behind its fields, as a later minor version may.
 inline Bytes withLongerHeader(ByteSpan packet, std::size_t extra) {
   return withHeader(packet, [&](Bytes& fields) { fields.resize(fields.size() + extra, 0xA5); });
+}
+
+/// Whatever the decoder gave must be safe to use.
+inline void expectUsable(const Surface& surface) {
+  for (const Quad& quad : surface.quads) {
+    for (const std::uint32_t i : quad) ASSERT_LT(i, surface.vertices.size());
+  }
+  for (const GridPosition& p : surface.vertices) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      ASSERT_GE(p[k], 0);
+      ASSERT_LE(p[k], static_cast<std::int32_t>(surface.grid.nodes[k] - 1) * kCell);
+    }
+  }
 }
 
 }  // namespace isoreel::made

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Decoder::decode on arbitrary bytes: the packet with its checksums put right, cut short, at coarser levels,
 // and with the counts of its header put right too, so that changed signs do not end before the vertices are
-// read.
+// read. In front of it may be the packet that it goes on from, which is decoded first each time: two bytes
+// give its length (0: there is none), then come the two packets.
 #include <isoreel/codec/decoder.h>
 
 #include <cstdlib>
@@ -51,18 +52,27 @@ isoreel::DecodeOptions options(std::optional<std::uint32_t> level, bool prefix) 
   return result;
 }
 
-/// Where the vertex residuals start in the payload, or its end.
+/// Where motion and vertex residuals start in the payload, or its end.
 std::size_t vertexStart(const isoreel::PacketHeader& header, std::size_t payload_bytes) {
   std::size_t start = 0;
   for (const auto& section : header.sections) {
-    if (section.kind == static_cast<std::uint32_t>(isoreel::SectionKind::kVertices)) break;
+    if (section.kind == static_cast<std::uint32_t>(isoreel::SectionKind::kMotion) ||
+        section.kind == static_cast<std::uint32_t>(isoreel::SectionKind::kVertices)) {
+      break;
+    }
     start += section.bytes;
   }
   return std::min(start, payload_bytes);
 }
 
+/// Decodes the packet right after the one before it, if there is any.
+isoreel::Result<Surface> decodeAfter(ByteSpan before, ByteSpan packet, const isoreel::DecodeOptions& with) {
+  if (!before.empty()) static_cast<void>(decode(before, options({}, false)));
+  return decode(packet, with);
+}
+
 /// Decodes the signs alone, and then everything with the counts that they give.
-void decodeWithTrueCounts(const Bytes& packet) {
+void decodeWithTrueCounts(ByteSpan before, const Bytes& packet) {
   std::size_t offset = 0;
   auto header = isoreel::readPacketHeader(packet, &offset);
   if (!header.ok()) return;
@@ -71,22 +81,27 @@ void decodeWithTrueCounts(const Bytes& packet) {
   auto roomy = isoreel::writePacket(*header, payload);
   if (!roomy.ok()) return;
   const std::size_t signs = vertexStart(*header, payload.size());
-  const auto surface =
-      decode(ByteSpan(*roomy).first(roomy->size() - payload.size() + signs), options({}, true));
+  const ByteSpan cut = ByteSpan(*roomy).first(roomy->size() - payload.size() + signs);
+  const auto surface = decodeAfter(before, cut, options({}, true));
   if (!surface.ok()) return;
   header->vertices = static_cast<std::uint32_t>(surface->vertices.size());
   header->faces = static_cast<std::uint32_t>(surface->quads.size());
   const auto whole = isoreel::writePacket(*header, payload);
-  if (whole.ok()) static_cast<void>(decode(*whole, options({}, false)));
+  if (whole.ok()) static_cast<void>(decodeAfter(before, *whole, options({}, false)));
 }
 
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  const Bytes packet = isoreel::fuzz::repairPacket(ByteSpan(data, size));
-  static_cast<void>(decode(packet, options({}, false)));
-  static_cast<void>(decode(packet, options(size % 4, true)));
-  static_cast<void>(decode(ByteSpan(packet).first(packet.size() - packet.size() / 4), options({}, true)));
-  decodeWithTrueCounts(packet);
+  isoreel::ByteReader in(ByteSpan(data, size));
+  const std::size_t length = in.fixed<std::uint16_t>();
+  if (in.truncated() || length > in.left()) return 0;
+  const Bytes before = isoreel::fuzz::repairPacket(in.bytes(length));
+  const Bytes packet = isoreel::fuzz::repairPacket(in.bytes(in.left()));
+  static_cast<void>(decodeAfter(before, packet, options({}, false)));
+  static_cast<void>(decodeAfter(before, packet, options(size % 4, true)));
+  const ByteSpan cut = ByteSpan(packet).first(packet.size() - packet.size() / 4);
+  static_cast<void>(decodeAfter(before, cut, options({}, true)));
+  decodeWithTrueCounts(before, packet);
   return 0;
 }

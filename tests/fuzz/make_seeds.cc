@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// usage: make_seeds FOLDER — first inputs for the fuzzers, made by the encoder and the writer of this build:
-// small volumes of several shapes and sizes, as configuration records, packets and .isr files.
+// usage: make_seeds FOLDER VECTORS — first inputs for the fuzzers, made by the encoder and the writer of this
+// build: small volumes of several shapes and sizes, as configuration records, packets and .isr files; and the
+// first two packets of each golden sequence in VECTORS.
 #include <isoreel/codec/encoder.h>
 #include <isoreel/container/writer.h>
 
@@ -66,10 +67,40 @@ isoreel::Status save(const fs::path& path, const Bytes& bytes) {
   return {};
 }
 
+/// A seed of fuzz_packet: the packet before it may be empty.
+isoreel::Status savePackets(const fs::path& path, const Bytes& before, const Bytes& packet) {
+  Bytes seed;
+  isoreel::ByteWriter out(seed);
+  out.fixed(static_cast<std::uint16_t>(before.size()));
+  out.bytes(before);
+  out.bytes(packet);
+  return save(path, seed);
+}
+
+Bytes load(const fs::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+isoreel::Status makeSequenceSeeds(const fs::path& vectors, const fs::path& folder) {
+  int found = 0;
+  for (const auto& file : fs::directory_iterator(vectors)) {
+    std::string name = file.path().filename().string();
+    const std::size_t end = name.rfind(".1.packet");
+    if (end == std::string::npos) continue;
+    name.resize(end);
+    ISOREEL_TRY(savePackets(folder / name, load(vectors / (name + ".0.packet")), load(file.path())));
+    ++found;
+  }
+  if (found == 0) return {isoreel::ErrorCode::kIo, vectors.string() + " has no sequences"};
+  return {};
+}
+
 isoreel::Status makeSeeds(const Shape& shape, const fs::path& folder) {
   isoreel::EncoderSettings settings;
   settings.configuration.inside = isoreel::Inside::kBelow;
   settings.configuration.grid = sample(shape, 0).grid;
+  settings.frame_types = isoreel::FrameTypes::kAuto;
   ISOREEL_ASSIGN(isoreel::Encoder encoder, isoreel::Encoder::create(settings));
   ISOREEL_TRY(save(folder / "configuration" / shape.name, encoder.configurationRecord()));
 
@@ -82,25 +113,26 @@ isoreel::Status makeSeeds(const Shape& shape, const fs::path& folder) {
   for (int i = 0; i < 2; ++i) {
     const isoreel::FrameTiming timing{static_cast<std::uint64_t>(i), i, 1, 0.0};
     ISOREEL_ASSIGN(const isoreel::Packet packet, encoder.encode(sample(shape, 0.02 * i), timing));
-    if (i == 0) ISOREEL_TRY(save(folder / "packet" / shape.name, packet.data));
+    if (i == 0) ISOREEL_TRY(savePackets(folder / "packet" / shape.name, {}, packet.data));
     ISOREEL_TRY(writer->write(packet));
   }
   ISOREEL_TRY(writer->finish());
 
-  std::ifstream in(folder / "reader" / shape.name, std::ios::binary);
-  const Bytes whole{std::istreambuf_iterator<char>(in), {}};
+  const Bytes whole = load(folder / "reader" / shape.name);
   return save(folder / "reader" / (std::string(shape.name) + ".opened"), isoreel::fuzz::openedFile(whole));
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 2) return std::fprintf(stderr, "usage: make_seeds FOLDER\n"), 2;
+  if (argc != 3) return std::fprintf(stderr, "usage: make_seeds FOLDER VECTORS\n"), 2;
   const fs::path folder = argv[1];
   for (const char* kind : {"configuration", "packet", "reader"}) fs::create_directories(folder / kind);
   for (const Shape& shape : shapes()) {
     const isoreel::Status status = makeSeeds(shape, folder);
     if (!status.ok()) return std::fprintf(stderr, "%s: %s\n", shape.name, status.error().message.c_str()), 1;
   }
+  const isoreel::Status status = makeSequenceSeeds(argv[2], folder / "packet");
+  if (!status.ok()) return std::fprintf(stderr, "%s\n", status.error().message.c_str()), 1;
   return 0;
 }
