@@ -134,7 +134,7 @@ Status decodePredictedVertices(ByteSpan motion_bytes, ByteSpan vertex_bytes, con
   const auto predictions = predictVertices(reference, motion, cells, residuals, steps);
   codeNormals(
       coder, models, header, cells, index, residuals, predictions, steps,
-      [](std::uint32_t, std::int32_t, bool) { return 0; }, surface.vertices);
+      [](std::uint32_t, std::int32_t) { return 0; }, surface.vertices);
   toGridPositions(cells, surface.vertices);
   return endOf(coder, "vertices");
 }
@@ -161,10 +161,6 @@ struct Decoder::State {
     if (!configuration || last != wanted) {
       return {ErrorCode::kNotFound, "packet: predicted from frame " + std::to_string(wanted) +
                                         ", which was not decoded right before it (spec codec 8)"};
-    }
-    if ((configuration->tools & kToolPrediction) == 0) {
-      return {ErrorCode::kBadData,
-              "packet: a P packet where the configuration record has no prediction (spec codec 2)"};
     }
     return {};
   }

@@ -94,7 +94,8 @@ Result<Packet> Encoder::encode(const Volume& volume, const FrameTiming& timing, 
       timing.number - state.key < settings.gop) {
     ISOREEL_ASSIGN(CodedFrame predicted,
                    codePredicted(input, state.reference, settings.motion, state.models));
-    if (predicted.payload.size() < coded.payload.size() + state.record.size()) {
+    // An I frame is a place to seek to: worth a fiftieth of it.
+    if (50 * predicted.payload.size() < 49 * (coded.payload.size() + state.record.size())) {
       coded = std::move(predicted);
       header.type = PacketType::kPredicted;
       header.references = {1};

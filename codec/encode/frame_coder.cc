@@ -134,9 +134,8 @@ Result<CodedFrame> codePredicted(const FrameInput& frame, const Reference& refer
     codeTangents(coder, coded.models.vertices, frame.cells, residuals);
     codeNormals(
         coder, coded.models, header, frame.cells, frame.index, residuals, predictions, frame.steps,
-        [&](std::uint32_t i, std::int32_t expected, bool predicted) {
-          return predicted ? quantisePredicted(wanted[i] - expected, frame.steps.normal)
-                           : rounded(wanted[i], frame.steps.normal);
+        [&](std::uint32_t i, std::int32_t expected) {
+          return rounded(wanted[i] - expected, frame.steps.normal);
         },
         coded.decoded);
   });

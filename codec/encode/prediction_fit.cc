@@ -7,21 +7,11 @@
 namespace isoreel {
 namespace {
 
-// Small errors are cheaper than large ones, so cells of the quantiser reach this much further out than half a
-// step.
-constexpr double kDeadZone = 0.08;
-
 std::uint8_t inSixtyFourths(double weight, double max) {
   return static_cast<std::uint8_t>(std::lround(std::clamp(weight * 64, 0.0, max)));
 }
 
 }  // namespace
-
-std::int32_t quantisePredicted(double error, std::int32_t step) {
-  const double steps = std::abs(error) / step;
-  const auto magnitude = static_cast<std::int32_t>(std::floor(steps + 0.5 - kDeadZone));
-  return error < 0 ? -magnitude : magnitude;
-}
 
 void fitPrediction(std::span<const Cell> cells, const CellIndex& index,
                    const std::vector<SurfacePrediction>& predictions,
@@ -57,7 +47,7 @@ void fitPrediction(std::span<const Cell> cells, const CellIndex& index,
   for (std::uint32_t i = 0; i < cells.size(); ++i) {
     if (predictions[i].offset == SurfacePrediction::kNone) continue;
     const double error = wanted[i] - expectedOffset(header, predictions[i], around[i]);
-    const std::int32_t magnitude = std::abs(quantisePredicted(error, step));
+    const auto magnitude = static_cast<std::int32_t>(std::lround(std::abs(error) / step));
     if (magnitude < 1 || magnitude > 3) continue;
     sums[static_cast<std::size_t>(magnitude - 1)] += std::abs(error) / step;
     ++counts[static_cast<std::size_t>(magnitude - 1)];

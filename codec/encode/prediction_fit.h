@@ -16,7 +16,4 @@ void fitPrediction(std::span<const Cell> cells, const CellIndex& index,
                    std::span<const std::array<std::int32_t, 3>> vertices, std::span<const double> wanted,
                    std::int32_t step, PredictionHeader& header);
 
-/// The residual to code for `error` (1/16384 of a cell) left by prediction.
-std::int32_t quantisePredicted(double error, std::int32_t step);
-
 }  // namespace isoreel

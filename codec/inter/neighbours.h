@@ -2,58 +2,77 @@
 #pragma once
 
 #include <array>
-#include <bit>
+#include <vector>
 
 #include "lattice/cell_index.h"
 
 namespace isoreel {
 
-/// Visits the cells around a place. Remembers, for a few bricks, where in the list their cells and those one
-/// step around them are, so that places near one another cost little. One for each thread.
+/// Visits the cells around a place. Remembers bricks it has looked up, so that places near one another cost
+/// little. One for each thread.
 class Neighbours {
  public:
-  /// `index` must outlive it.
+  /// `index` must outlive it, unchanged.
   explicit Neighbours(const CellIndex& index) : index_(index) {}
 
   /// Calls visit(place) for each cell of the list among the 3×3×3 around (x, y, z), which may lie anywhere.
+  /// May leave out those whose place is `end` or later.
   template <class Visit>
-  void forEach(std::int32_t x, std::int32_t y, std::int32_t z, Visit visit) {
+  void forEach(std::int32_t x, std::int32_t y, std::int32_t z, Visit visit,
+               std::uint32_t end = CellIndex::kNone) {
     if (x < 0 || y < 0 || z < 0 || x > 65535 || y > 65535 || z > 65535) return;
-    Table& table = tables_[static_cast<std::size_t>((x >> 2 & 3) | (y & 12) | (z << 2 & 48))];
-    if (table.x != x >> 2 || table.y != y >> 2 || table.z != z >> 2) gather(table, x >> 2, y >> 2, z >> 2);
-    const int shift = x & 3;
-    const std::size_t first = static_cast<std::size_t>((y & 3) + 6 * (z & 3));
-    std::uint32_t cells = 0;
-    for (std::size_t row = 0; row < 9; ++row)
-      cells |= (table.rows[first + kRows[row]] >> shift & 7u) << (3 * row);
-    for (const std::uint32_t* places = &table.places[6 * first + static_cast<std::size_t>(shift)]; cells != 0;
-         cells &= cells - 1) {
-      visit(places[kCells[static_cast<std::size_t>(std::countr_zero(cells))]]);
+    const std::array<std::int32_t, 3> first{x - 1, y - 1, z - 1};
+    const Window& window = windowAt(first[0] >> 2, first[1] >> 2, first[2] >> 2);
+    std::array<const std::array<std::uint64_t, 2>*, 3> slabs{};
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      slabs[axis] = &kSlabs[axis][static_cast<std::size_t>(first[axis] & 3)];
+    for (std::size_t i = 0; i < 8; ++i) {
+      const CellIndex::Brick* brick = window.bricks[i];
+      if (brick == nullptr || brick->first >= end) continue;
+      std::uint64_t cells = brick->mask & (*slabs[0])[i & 1] & (*slabs[1])[i >> 1 & 1] & (*slabs[2])[i >> 2];
+      for (; cells != 0; cells &= cells - 1)
+        visit(brick->first + countBits(brick->mask & ((cells & (0 - cells)) - 1)));
     }
   }
 
  private:
-  // 6×6×6 cells: a brick and one step around it, x fastest.
-  struct Table {
-    std::int32_t x = -9, y = 0, z = 0;     // cell coordinates / 4
-    std::array<std::uint32_t, 36> rows{};  // bit x is set where there is a cell
-    std::array<std::uint32_t, 216> places;
+  /// A brick and those one step higher along each axis: bit 0 of the place is for x. Null where there is
+  /// none.
+  struct Window {
+    std::int32_t x = -9, y = 0, z = 0;  // cell coordinates / 4
+    std::array<const CellIndex::Brick*, 8> bricks{};
   };
-  static constexpr auto kRows = [] {
-    std::array<std::size_t, 9> rows{};
-    for (std::size_t i = 0; i < 9; ++i) rows[i] = i % 3 + 6 * (i / 3);
-    return rows;
-  }();
-  static constexpr auto kCells = [] {
-    std::array<std::size_t, 27> cells{};
-    for (std::size_t i = 0; i < 27; ++i) cells[i] = i % 3 + 6 * (i / 3 % 3) + 36 * (i / 9);
-    return cells;
+  // Three cells in a row from coordinate 0 to 3 of a brick on, by axis: those of the brick, and those of the
+  // next, as bits of CellIndex::bit.
+  static constexpr auto kSlabs = [] {
+    std::array<std::array<std::array<std::uint64_t, 2>, 4>, 3> slabs{};
+    for (std::uint32_t cell = 0; cell < 64; ++cell) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const std::uint32_t at = (cell >> axis & 1) | (cell >> (axis + 3) & 1) << 1;
+        for (std::uint32_t first = 0; first < 4; ++first) {
+          if (at >= first && at <= first + 2) slabs[axis][first][0] |= std::uint64_t{1} << cell;
+          if (at + 4 <= first + 2) slabs[axis][first][1] |= std::uint64_t{1} << cell;
+        }
+      }
+    }
+    return slabs;
   }();
 
-  void gather(Table& table, std::int32_t x, std::int32_t y, std::int32_t z) const;
+  const Window& windowAt(std::int32_t x, std::int32_t y, std::int32_t z) {
+    Window& window = windows_[static_cast<std::size_t>((x & 3) | (y & 3) << 2 | (z & 3) << 4)];
+    if (window.x != x || window.y != y || window.z != z) {
+      window = {x, y, z, {}};
+      for (std::int32_t i = 0; i < 8; ++i) {
+        const std::uint32_t number = index_.brickAt(x + (i & 1), y + (i >> 1 & 1), z + (i >> 2));
+        if (number != CellIndex::kNone) window.bricks[static_cast<std::size_t>(i)] = &index_.bricks()[number];
+      }
+    }
+    return window;
+  }
 
   const CellIndex& index_;
-  std::vector<Table> tables_ = std::vector<Table>(64);  // by the two lowest bits of the brick's coordinates
+  std::vector<Window> windows_ =
+      std::vector<Window>(64);  // by the two lowest bits of the brick's coordinates
 };
 
 }  // namespace isoreel

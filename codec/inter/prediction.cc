@@ -75,24 +75,27 @@ CodedNeighbours Decoded::around(std::uint32_t i) {
                                          cell.z * kCell + frame.vertex[2]};
   std::int32_t predicted = 0, errors = 0, magnitudes = 0, seen = 0;
   std::int64_t heights = 0;
-  neighbours_.forEach(cell.x, cell.y, cell.z, [&](std::uint32_t j) {
-    if (j >= i) return;
-    const Cell& other = cells_[j];
-    if ((same_way[other.corners / 64] >> (other.corners % 64) & 1) == 0) return;
-    const Vertex& vertex = vertices_[j];
-    const bool face =
-        std::abs(other.x - cell.x) + std::abs(other.y - cell.y) + std::abs(other.z - cell.z) == 1;
-    const std::int32_t weight = face ? 2 : 1;
-    std::int64_t height = 0;
-    for (std::size_t k = 0; k < 3; ++k)
-      height += std::int64_t{vertex.position[k] - base[k]} * frame.normal[k];
-    seen += weight;
-    heights += weight * std::clamp<std::int64_t>(height >> kPositionBits, -kCell, kCell);
-    if (vertex.error == kNone) return;
-    predicted += weight;
-    errors += weight * vertex.error;
-    magnitudes += weight * std::abs(vertex.error);
-  });
+  neighbours_.forEach(
+      cell.x, cell.y, cell.z,
+      [&](std::uint32_t j) {
+        if (j >= i) return;
+        const Cell& other = cells_[j];
+        if ((same_way[other.corners / 64] >> (other.corners % 64) & 1) == 0) return;
+        const Vertex& vertex = vertices_[j];
+        const bool face =
+            std::abs(other.x - cell.x) + std::abs(other.y - cell.y) + std::abs(other.z - cell.z) == 1;
+        const std::int32_t weight = face ? 2 : 1;
+        std::int64_t height = 0;
+        for (std::size_t k = 0; k < 3; ++k)
+          height += std::int64_t{vertex.position[k] - base[k]} * frame.normal[k];
+        seen += weight;
+        heights += weight * std::clamp<std::int64_t>(height >> kPositionBits, -kCell, kCell);
+        if (vertex.error == kNone) return;
+        predicted += weight;
+        errors += weight * vertex.error;
+        magnitudes += weight * std::abs(vertex.error);
+      },
+      i);
   CodedNeighbours result;
   if (seen > 0) result.height = static_cast<std::int32_t>(heights / seen);
   if (predicted > 0) {

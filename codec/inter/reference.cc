@@ -58,30 +58,30 @@ void Reference::build(const Surface& surface, std::span<const Cell> cells, CellI
 PlaneSums Reference::planesAround(const std::array<std::int32_t, 3>& at, const LocalFrame& frame,
                                   Neighbours& neighbours) const {
   PlaneSums sums;
-  neighbours.forEach(at[0] >> kPositionBits, at[1] >> kPositionBits, at[2] >> kPositionBits,
-                     [&](std::uint32_t place) {
-                       const Sample& sample = samples_[place];
-                       std::int64_t cosine = 0, distance = 0, along = 0, square = 0;
-                       for (std::size_t k = 0; k < 3; ++k)
-                         cosine += std::int64_t{sample.normal[k]} * frame.normal[k];
-                       if (cosine < kMinCosine) return;
-                       for (std::size_t k = 0; k < 3; ++k) {
-                         const std::int64_t d = at[k] - sample.position[k];
-                         distance += d * sample.normal[k];
-                         along += d * frame.normal[k];
-                         square += (d >> 4) * (d >> 4);
-                       }
-                       distance >>= 12;
-                       along >>= kPositionBits + 4;
-                       const std::int64_t across = std::max<std::int64_t>(0, square - along * along);
-                       const std::int64_t depth = 256 - ((along * along * kAlong + across * kAcross) >> 20);
-                       if (depth <= 0) return;
-                       const std::int64_t weight = (depth * depth) >> 8;
-                       sums.weight += static_cast<std::int32_t>(weight);
-                       sums.distance += weight * distance;
-                       sums.squares += weight * ((distance >> 4) * (distance >> 4));
-                       for (std::size_t k = 0; k < 3; ++k) sums.normal[k] += weight * sample.normal[k];
-                     });
+  neighbours.forEach(
+      at[0] >> kPositionBits, at[1] >> kPositionBits, at[2] >> kPositionBits, [&](std::uint32_t place) {
+        const Sample& sample = samples_[place];
+        std::array<std::int64_t, 3> d{};
+        std::int64_t cosine = 0, along = 0, square = 0;
+        for (std::size_t k = 0; k < 3; ++k) {
+          d[k] = at[k] - sample.position[k];
+          cosine += std::int64_t{sample.normal[k]} * frame.normal[k];
+          along += d[k] * frame.normal[k];
+          square += (d[k] >> 4) * (d[k] >> 4);
+        }
+        if (cosine < kMinCosine) return;
+        along >>= kPositionBits + 4;
+        const std::int64_t across = std::max<std::int64_t>(0, square - along * along);
+        const std::int64_t depth = 256 - ((along * along * kAlong + across * kAcross) >> 20);
+        if (depth <= 0) return;
+        const std::int64_t weight = (depth * depth) >> 8;
+        const std::int64_t distance =
+            (d[0] * sample.normal[0] + d[1] * sample.normal[1] + d[2] * sample.normal[2]) >> 12;
+        sums.weight += static_cast<std::int32_t>(weight);
+        sums.distance += weight * distance;
+        sums.squares += weight * ((distance >> 4) * (distance >> 4));
+        for (std::size_t k = 0; k < 3; ++k) sums.normal[k] += weight * sample.normal[k];
+      });
   return sums;
 }
 

@@ -26,7 +26,7 @@ std::vector<SurfacePrediction> predictVertices(const Reference& reference, const
                                                const ResidualSteps& steps);
 
 /// Puts or gets the normal components; fills `decoded` with the vertices in their cells. An encoder's
-/// choose(i, expected, predicted) gives the residual to put.
+/// choose(i, expected) gives the residual to put.
 template <class Coder, class Choose>
 void codeNormals(Coder& coder, PacketModels& models, const PredictionHeader& header,
                  std::span<const Cell> cells, const CellIndex& index, const std::vector<Residual>& residuals,
@@ -38,15 +38,14 @@ void codeNormals(Coder& coder, PacketModels& models, const PredictionHeader& hea
     std::array<std::int64_t, 3> offsets = tangentOffsets(residuals[i], steps);
     std::int32_t error = Decoded::kNone;
     if (surface.offset == SurfacePrediction::kNone) {
-      offsets[0] =
-          std::int64_t{codeResidual(coder, models.vertices.at(0, cells[i].corners), choose(i, 0, false))} *
-          steps.normal;
+      offsets[0] = std::int64_t{codeResidual(coder, models.vertices.at(0, cells[i].corners), choose(i, 0))} *
+                   steps.normal;
     } else {
       const CodedNeighbours around = neighbours.around(i);
       const std::int32_t expected = expectedOffset(header, surface, around);
       const std::int32_t residual =
           codeResidual(coder, models.predicted.at(around.magnitude, steps.normal, surface.confidence),
-                       choose(i, expected, true));
+                       choose(i, expected));
       offsets[0] = expected + dequantise(header, residual, steps.normal);
       error = static_cast<std::int32_t>(offsets[0]) - surface.offset;
     }

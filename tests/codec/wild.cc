@@ -104,7 +104,7 @@ Bytes WildSequence::predicted(const Made& made, const Wild& wild) {
     codeTangents(coder, coded.models.vertices, frame.cells, residuals);
     codeNormals(
         coder, coded.models, wild.header, frame.cells, frame.index, residuals, predictions, steps,
-        [&](std::uint32_t, std::int32_t, bool) { return within(wild.largest); }, coded.decoded);
+        [&](std::uint32_t, std::int32_t) { return within(wild.largest); }, coded.decoded);
   });
   return packet(made, frame.cells, frame.index, header, std::move(coded));
 }

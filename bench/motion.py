@@ -1,0 +1,155 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""The experiment of the 2006 paper: frame-by-frame (I packets alone) against motion-predicted, as rate-distortion curves over
+quantiser steps, with what leaves out parts of the prediction. Prints Markdown; --output also keeps it, with JSON and a plot.
+bench/README.md says how to read it."""
+
+import argparse
+import json
+import os
+import shlex
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from curves import Curve, bd_rate, ratio_at
+
+# What the paper's table 1 gives: frames, bytes frame by frame, bytes motion-predicted.
+PAPER = {"droplets": (20, 1528932, 1343131), "splash": (20, 2196948, 1841577), "headscan": (36, 7185869, 5935626)}
+ABLATIONS = {"blocks of 4": ["--block", "4"], "blocks of 16": ["--block", "16"], "no coarse search": ["--search", "0"],
+             "no registration": ["--no-registration"], "no motion": ["--search", "0", "--no-registration"]}
+
+
+def isoreel(options, *words):
+    command = [options.isoreel, *map(str, words), "--json"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        sys.exit(f"motion: {shlex.join(command)} failed ({done.returncode}):\n{done.stderr.strip()}")
+    return json.loads(done.stdout)
+
+
+def load_set(path):
+    """Name, and the words that `encode` and `compare` take."""
+    path = Path(path)
+    given = json.loads(path.read_text(encoding="utf-8"))
+    inputs = [str(path.parent / name) for name in given["inputs"]]
+    encode = [*inputs]
+    if "isovalues" in given:
+        encode += ["--iso=" + ",".join(f"{value:g}" for value in given["isovalues"])]
+    for key, option in (("inside", "--inside"), ("grid", "--grid")):
+        if key in given:
+            encode += [option, given[key]]
+    compare = [*inputs] + (["--grid", given["grid"]] if "grid" in given else [])
+    return given.get("name", path.parent.name), encode, compare
+
+
+def point(options, encode, compare, step, words, folder):
+    file = os.path.join(folder, "motion.isr")
+    totals = isoreel(options, "encode", *encode, "-o", file, "--force", "--step", step, *words)
+    # Distances of some frames, evenly spread.
+    every = max(1, totals["frames"] // options.samples)
+    squares = {"extracted": [], "volume": []}
+    for frame in range(every // 2, totals["frames"], every):
+        found = isoreel(options, "compare", file, *compare, "--frames", frame, "--samples", 50000)
+        for kind, values in squares.items():
+            values.append(found[kind]["rms"] ** 2)
+    return {"step": step, "bytes": totals["bytes"], "vertices": totals["vertices"], "frames": totals["frames"],
+            "predicted": totals["predicted_frames"], "seconds": totals["seconds"],
+            "extracted": (sum(squares["extracted"]) / len(squares["extracted"])) ** 0.5,
+            "volume": (sum(squares["volume"]) / len(squares["volume"])) ** 0.5}
+
+
+def curve(points, kind="extracted"):
+    return Curve([(p[kind], p["bytes"]["total"]) for p in points])
+
+
+def measure(options, path):
+    name, encode, compare = load_set(path)
+    gop = ["--gop", options.gop]
+    variants = {"frame by frame": ["--frame-types", "intra"], "motion-predicted": gop}
+    if options.ablations:
+        variants.update({label: gop + words for label, words in ABLATIONS.items()})
+    result = {}
+    with tempfile.TemporaryDirectory(prefix="isoreel-motion-") as folder:
+        for label, words in variants.items():
+            steps = options.steps.split(",")
+            result[label] = [point(options, encode, compare, step, words, folder) for step in steps]
+            print(f"{name}: {label}", file=sys.stderr)
+    return name, result
+
+
+def share(value):
+    return "-" if value is None else f"{100 * value:.1f} %"
+
+
+def report(options, sets):
+    lines = ["| set | frames | FF bytes | MP bytes | gain | gain at equal distance | BD-rate | BD-rate to the volume | paper: FF | MP | gain |",
+             "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |"]
+    for name, result in sets.items():
+        ff, mp = result["frame by frame"], result["motion-predicted"]
+        middle = min(range(len(ff)), key=lambda i: abs(eval_step(ff[i]["step"]) - 1 / 16))
+        before, after = ff[middle]["bytes"]["total"], mp[middle]["bytes"]["total"]
+        equal = ratio_at(curve(mp), curve(ff), mp[middle]["extracted"])
+        paper = PAPER.get(name.split("-")[0]) if "slow" not in name else None
+        theirs = f"{paper[1]} | {paper[2]} | {share(1 - paper[2] / paper[1])}" if paper else "- | - | -"
+        lines.append(f"| {name} | {ff[0]['frames']} | {before} | {after} | {share(1 - after / before)} | "
+                     f"{share(None if equal is None else 1 - equal)} | {share(bd_rate(curve(mp), curve(ff)))} | "
+                     f"{share(bd_rate(curve(mp, 'volume'), curve(ff, 'volume')))} | {theirs} |")
+    lines += ["", f"At step 1/16, GOPs of {options.gop} frames at most.", ""]
+    for name, result in sets.items():
+        lines += [f"### {name}", "", "| variant | step | bytes | signs | motion | vertices | P frames | RMS to extracted | RMS to volume |",
+                  "| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: |"]
+        for label, points in result.items():
+            for p in points:
+                b = p["bytes"]
+                lines.append(f"| {label} | {p['step']} | {b['total']} | {b['signs']} | {b['motion']} | {b['vertices']} | {p['predicted']} | "
+                             f"{p['extracted']:.4f} | {p['volume']:.4f} |")
+        lines += ["", "| variant | BD-rate against frame by frame |", "| --- | ---: |"]
+        lines += [f"| {label} | {share(bd_rate(curve(points), curve(result['frame by frame'])))} |"
+                  for label, points in result.items() if label != "frame by frame"]
+        lines.append("")
+    return "\n".join(lines)
+
+
+def eval_step(text):
+    above, _, below = text.partition("/")
+    return float(above) / float(below or 1)
+
+
+def plot(sets, path):
+    import matplotlib
+    matplotlib.use("svg")
+    from matplotlib import pyplot
+    figure, axes = pyplot.subplots(1, len(sets), figsize=(4.2 * len(sets), 3.6), squeeze=False)
+    for axis, (name, result) in zip(axes[0], sets.items()):
+        for label in ("frame by frame", "motion-predicted"):
+            axis.plot([p["bytes"]["total"] / 1e6 for p in result[label]], [p["extracted"] for p in result[label]], marker="o", label=label)
+        axis.set(title=name, xlabel="megabytes", ylabel="RMS to extracted, cells", yscale="log")
+        axis.legend()
+    figure.tight_layout()
+    figure.savefig(path, metadata={"Date": None})
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("sets", nargs="+", help="set files (bench/README.md)")
+    parser.add_argument("--isoreel", default="build/release/isoreel", help="the command (default: %(default)s)")
+    parser.add_argument("--steps", default="1/2,1/4,1/8,1/16,1/32", help="quantiser steps (default: %(default)s)")
+    parser.add_argument("--gop", type=int, default=1000, help="frames from key to key, at most (default: %(default)s)")
+    parser.add_argument("--samples", type=int, default=5, help="frames to measure distances of (default: %(default)s)")
+    parser.add_argument("--ablations", action="store_true", help="measure what leaves out parts of the prediction, too")
+    parser.add_argument("--output", help="PATH: also write PATH.md, PATH.json and PATH.svg")
+    options = parser.parse_args()
+    sets = dict(measure(options, path) for path in options.sets)
+    text = report(options, sets)
+    print(text)
+    if options.output:
+        command = "python3 bench/motion.py " + shlex.join(Path(a).name if a in options.sets else a for a in sys.argv[1:])
+        Path(options.output + ".md").write_text(f"# Motion prediction\n\n    {command}\n\n{text}", encoding="utf-8")
+        Path(options.output + ".json").write_text(json.dumps(sets, indent=None, separators=(",", ":")), encoding="utf-8")
+        plot(sets, options.output + ".svg")
+
+
+if __name__ == "__main__":
+    main()
