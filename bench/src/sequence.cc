@@ -37,7 +37,7 @@ std::size_t Sequence::vertices() const {
 
 Result<Sequence> loadSequence(const Json& set) {
   ISOREEL_ASSIGN(const auto volumes, io::openVolumes(set.at("inputs").get<std::vector<std::string>>(),
-                                                     {.grid = set.value("grid", "")}));
+                                                     {.array = set.value("grid", "")}));
   auto isovalues = set.value("isovalues", std::vector<double>{});
   if (isovalues.empty() && !volumes->levelSet())
     return {ErrorCode::kInvalidArgument, volumes->name(0) + ": is no level set, so isovalues are needed"};
