@@ -11,6 +11,7 @@ import shlex
 import subprocess
 import sys
 import tempfile
+from fractions import Fraction
 from pathlib import Path
 
 from curves import Curve, bd_rate, ratio_at
@@ -88,7 +89,7 @@ def report(options, sets):
              "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |"]
     for name, result in sets.items():
         ff, mp = result["frame by frame"], result["motion-predicted"]
-        middle = min(range(len(ff)), key=lambda i: abs(eval_step(ff[i]["step"]) - 1 / 16))
+        middle = min(range(len(ff)), key=lambda i: abs(Fraction(ff[i]["step"]) - Fraction(1, 16)))
         before, after = ff[middle]["bytes"]["total"], mp[middle]["bytes"]["total"]
         equal = ratio_at(curve(mp), curve(ff), mp[middle]["extracted"])
         paper = PAPER.get(name.split("-")[0]) if "slow" not in name else None
@@ -110,11 +111,6 @@ def report(options, sets):
                   for label, points in result.items() if label != "frame by frame"]
         lines.append("")
     return "\n".join(lines)
-
-
-def eval_step(text):
-    above, _, below = text.partition("/")
-    return float(above) / float(below or 1)
 
 
 def plot(sets, path):

@@ -31,7 +31,7 @@ Result<Surface> Player::decode(std::uint64_t position, const DecodeOptions& opti
   Result<Bytes> packet = source_.packet(position);
   if (!packet) return packet.status();
   Result<Surface> surface = decoder_.decode(*packet, options).at(place);
-  if (surface.ok() && !options.level && !options.allow_prefix) last_ = position;
+  if (surface.ok() && !options.allow_prefix) last_ = position;
   return surface;
 }
 

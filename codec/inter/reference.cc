@@ -61,15 +61,16 @@ PlaneSums Reference::planesAround(const std::array<std::int32_t, 3>& at, const L
   neighbours.forEach(
       at[0] >> kPositionBits, at[1] >> kPositionBits, at[2] >> kPositionBits, [&](std::uint32_t place) {
         const Sample& sample = samples_[place];
+        std::int64_t cosine = 0;
+        for (std::size_t k = 0; k < 3; ++k) cosine += std::int64_t{sample.normal[k]} * frame.normal[k];
+        if (cosine < kMinCosine) return;
         std::array<std::int64_t, 3> d{};
-        std::int64_t cosine = 0, along = 0, square = 0;
+        std::int64_t along = 0, square = 0;
         for (std::size_t k = 0; k < 3; ++k) {
           d[k] = at[k] - sample.position[k];
-          cosine += std::int64_t{sample.normal[k]} * frame.normal[k];
           along += d[k] * frame.normal[k];
           square += (d[k] >> 4) * (d[k] >> 4);
         }
-        if (cosine < kMinCosine) return;
         along >>= kPositionBits + 4;
         const std::int64_t across = std::max<std::int64_t>(0, square - along * along);
         const std::int64_t depth = 256 - ((along * along * kAlong + across * kAcross) >> 20);

@@ -13,10 +13,12 @@ class MadeSource : public PacketSource {
  public:
   std::vector<Packet> packets;
   std::uint64_t unreadable = ~std::uint64_t{0};
+  std::size_t reads = 0;
 
   std::uint64_t frameCount() const override { return packets.size(); }
   const FrameHeader& header(std::uint64_t position) const override { return packets[position].header; }
   Result<Bytes> packet(std::uint64_t position) override {
+    ++reads;
     if (position == unreadable) return {ErrorCode::kIo, "frame 42: the disk is gone"};
     return packets[position].data;
   }
@@ -49,6 +51,41 @@ TEST(Player, GivesAnyFrameInAnyOrder) {
   const auto surface = player.frame(4, coarse);
   ASSERT_TRUE(surface.ok());
   EXPECT_LT(surface->vertices.size(), source.packets[4].header.vertices);
+}
+
+/// Two GOPs of four frames.
+MadeSource movingSphere() {
+  const auto at = [](double t) { return made::sphere(6 + 0.4 * t, 8, 8 - 0.3 * t, 4.4); };
+  const Grid grid = made::gridOf(17, 17, 17);
+  EncoderSettings settings = made::settings({"sphere", made::sampled(grid, at(0))});
+  settings.frame_types = FrameTypes::kAuto;
+  settings.gop = 4;
+  auto encoder = Encoder::create(settings);
+  MadeSource source;
+  for (std::uint64_t i = 0; i < 8; ++i) {
+    source.packets.push_back(
+        *encoder->encode(made::sampled(grid, at(static_cast<double>(i))), {40 + i, 0, 1, 0}));
+    EXPECT_EQ(source.packets.back().header.type == PacketType::kIntra, i % 4 == 0);
+  }
+  return source;
+}
+
+TEST(Player, DecodesFromTheKeyAndOnlyWhatItMust) {
+  MadeSource source = movingSphere();
+  Player player(source);
+  for (const auto& [position, reads] : std::vector<std::pair<std::uint64_t, std::size_t>>{
+           {2, 3}, {3, 1}, {4, 1}, {7, 3}, {5, 2}, {6, 1}, {1, 2}, {1, 2}, {0, 1}}) {
+    source.reads = 0;
+    const auto surface = player.frame(position);
+    ASSERT_TRUE(surface.ok()) << surface.error().message;
+    EXPECT_EQ(surfaceHash(*surface), source.packets[position].header.surface_hash);
+    EXPECT_EQ(source.reads, reads) << position;
+  }
+  source.reads = 0;
+  DecodeOptions coarse;
+  coarse.level = 3;
+  for (std::uint64_t i = 0; i < 8; ++i) EXPECT_TRUE(player.frame(i, coarse).ok());
+  EXPECT_EQ(source.reads, 8u) << "forward at a coarser level, each frame once";
 }
 
 TEST(Player, ErrorsNameTheFrame) {

@@ -16,7 +16,8 @@ struct DecodeOptions {
   std::optional<std::uint32_t> level;
   /// Take a packet that was cut short, and decode the levels that are whole.
   bool allow_prefix = false;
-  /// Refuse packets that say they hold more. A surface takes about 60 bytes a vertex while it is decoded.
+  /// Refuse packets that say they hold more. A surface takes about 60 bytes a vertex while it is
+  /// decoded, 120 where P packets may follow.
   std::uint32_t max_vertices = 1u << 27;
 };
 
