@@ -4,7 +4,8 @@
 
 #include <algorithm>
 
-#include "inter/vertex_stream.h"
+#include "inter/packet_models.h"
+#include "inter/reference.h"
 #include "intra/sign_tree.h"
 #include "lattice/dual_mesh.h"
 
@@ -114,27 +115,25 @@ Status decodeIntraVertices(ByteSpan bytes, const std::vector<Cell>& cells, const
   return endOf(coder, "vertices");
 }
 
-/// The vertices of a P packet's full surface (spec codec 8).
-Status decodePredictedVertices(ByteSpan motion_bytes, ByteSpan vertex_bytes, const std::vector<Cell>& cells,
-                               const CellIndex& index, const Reference& reference, const ResidualSteps& steps,
-                               PacketModels& models, Surface& surface) {
-  ByteReader in(motion_bytes);
-  PredictionHeader header;
-  ISOREEL_TRY(readSized(in, header));
-  MotionField motion;
-  motion.build(cells, header.block_log2, header.vector_step);
-  RangeGet vectors(motion_bytes.subspan(in.position()));
-  ISOREEL_TRY(motion.code(vectors, models.motion));
-  ISOREEL_TRY(endOf(vectors, "motion vectors"));
+/// The motion section of a P packet (spec codec 8.1 and 8.2). `blocks`: the cells of the level that they are.
+Status decodeMotion(ByteSpan bytes, std::span<const Cell> blocks, const PredictionHeader& header, std::size_t offset,
+                    MotionModels& models, MotionField& motion) {
+  motion.build(blocks, header.block_log2, header.vector_step);
+  RangeGet coder(bytes.subspan(offset));
+  ISOREEL_TRY(motion.code(coder, models));
+  return endOf(coder, "motion vectors");
+}
 
-  RangeGet coder(vertex_bytes);
-  std::vector<Residual> residuals(cells.size());
-  codeTangents(coder, models.vertices, cells, residuals);
-  if (coder.overrun()) return endOf(coder, "vertices");
-  const auto predictions = predictVertices(reference, motion, cells, residuals, steps);
-  codeNormals(
-      coder, models, header, cells, index, residuals, predictions, steps,
-      [](std::uint32_t, std::int32_t) { return 0; }, surface.vertices);
+/// The vertices of a P packet's full surface (spec codec 8.5 to 8.7).
+Status decodePredictedVertices(ByteSpan bytes, const PredictionHeader& header, const std::vector<Cell>& cells,
+                               const CellIndex& index, const ReferenceField& field, MotionField& motion,
+                               const ResidualSteps& steps, PacketModels& models, Surface& surface) {
+  motion.assign(cells);
+  MovedPlanes planes(field, motion, cells);
+  RangeGet coder(bytes);
+  NoChoice none;
+  codePredictedVertices(coder, models.vertices, models.predicted, header, cells, index, steps, planes, none,
+                        surface.vertices);
   toGridPositions(cells, surface.vertices);
   return endOf(coder, "vertices");
 }
@@ -195,25 +194,48 @@ Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
   const std::uint32_t wanted = std::min(options.level.value_or(depth), depth);
   // Where P packets may follow, the rest is decoded too: they go on from it.
   const bool goes_on = (configuration.tools & kToolPrediction) != 0 && !options.allow_prefix;
+  const bool predicted = header.type == PacketType::kPredicted;
+  MotionField motion;
+  PredictionHeader prediction;
+  std::uint32_t block_level = depth;
+  std::optional<ByteSpan> motion_bytes = ByteSpan{};
+  std::size_t motion_offset = 0;
+  if (predicted) {
+    motion_bytes = payload.section(SectionKind::kMotion, 0);
+    if (motion_bytes) {
+      ByteReader in(*motion_bytes);
+      ISOREEL_TRY(readSized(in, prediction));
+      motion_offset = in.position();
+      block_level = blockLevel(depth, prediction.block_log2);
+    }
+  }
+  MovedSigns moved(state.reference.field(), motion, state.models.moved_signs);
   std::optional<Surface> coarse;
   for (std::uint32_t level = 0; level <= (goes_on ? depth : wanted); ++level) {
     const auto sign_bytes = payload.section(SectionKind::kSigns, level),
                leaf_bytes = payload.section(SectionKind::kLeaves, level);
-    if (!sign_bytes || !leaf_bytes) {
+    if (!sign_bytes || !leaf_bytes || (level > block_level && !motion_bytes)) {
       if (level == 0)
         return {ErrorCode::kTruncated, "packet: cut before its first level is whole (spec codec 3.2)"};
       return surfaceFromSigns(tree.takeCells(), grid, depth - level + 1);
     }
     RangeGet signs(*sign_bytes), leaves(*leaf_bytes);
-    ISOREEL_TRY(level == 0 ? tree.codeRoot(signs, leaves) : tree.codeLevel(level, signs, leaves));
+    if (level == 0) {
+      ISOREEL_TRY(tree.codeRoot(signs, leaves));
+    } else if (predicted && level > block_level) {
+      moved.start(depth - level);
+      ISOREEL_TRY(tree.codeLevel(level, signs, leaves, moved));
+    } else {
+      ISOREEL_TRY(tree.codeLevel(level, signs, leaves));
+    }
     if (!signs.finished()) return leftOver("corner signs", level);
     if (!leaves.finished()) return leftOver("leaf bits", level);
-    if (tree.cells().empty()) break;
+    if (predicted && level == block_level && motion_bytes)
+      ISOREEL_TRY(decodeMotion(*motion_bytes, tree.cells(), prediction, motion_offset, state.models.motion, motion));
     if (level == wanted && level < depth) coarse = surfaceFromSigns(tree.cells(), grid, depth - level);
   }
   if (coarse && !goes_on) return *std::move(coarse);
-  const auto motion_bytes = payload.section(SectionKind::kMotion, 0),
-             vertex_bytes = payload.section(SectionKind::kVertices, 0);
+  const auto vertex_bytes = payload.section(SectionKind::kVertices, 0);
   if (!motion_bytes || !vertex_bytes) return surfaceFromSigns(tree.takeCells(), grid, 0);
 
   const std::vector<Cell> cells = tree.takeCells();  // of the deepest level: all active
@@ -224,11 +246,11 @@ Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
   Surface surface;
   surface.grid = grid;
   surface.vertices.resize(cells.size());
-  if (header.type == PacketType::kIntra) {
-    ISOREEL_TRY(decodeIntraVertices(*vertex_bytes, cells, steps, state.models.vertices, surface));
+  if (predicted) {
+    ISOREEL_TRY(decodePredictedVertices(*vertex_bytes, prediction, cells, state.index, state.reference.field(),
+                                        motion, steps, state.models, surface));
   } else {
-    ISOREEL_TRY(decodePredictedVertices(*motion_bytes, *vertex_bytes, cells, state.index, state.reference,
-                                        steps, state.models, surface));
+    ISOREEL_TRY(decodeIntraVertices(*vertex_bytes, cells, steps, state.models.vertices, surface));
   }
   surface.quads = dualQuads(cells, state.index);
   if (surface.quads.size() != header.faces) return counts("quads", surface.quads.size(), header.faces);
@@ -236,7 +258,7 @@ Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
     return {ErrorCode::kBadData, "packet: the decoded surface does not match its hash (spec codec 7)"};
   }
   if ((configuration.tools & kToolPrediction) != 0) {
-    state.reference.build(surface, cells, state.index);
+    state.reference.build(surface, cells);
     state.last = header.number;
     state.configuration = configuration;
   }

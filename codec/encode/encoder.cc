@@ -146,7 +146,7 @@ Result<Packet> Encoder::encode(const Volume& volume, const FrameTiming& timing, 
     sizes->other = packet.data.size() - coded.payload.size();
   }
   if (predicts) {
-    state.reference.build(surface, cells, index);
+    state.reference.build(surface, cells);
     state.models = std::move(coded.models);
     state.last = timing.number;
   }

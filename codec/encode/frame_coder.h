@@ -7,6 +7,7 @@
 
 #include "extract/sign_bitmap.h"
 #include "inter/packet_models.h"
+#include "inter/reference.h"
 
 namespace isoreel {
 
@@ -16,7 +17,7 @@ struct FrameInput {
   const SignBitmap& bitmap;
   std::span<const Cell> cells;
   const CellIndex& index;                                 // of the cells
-  std::span<const std::array<std::int32_t, 3>> vertices;  // in their cells, 1/16384 from corner 0
+  const std::vector<std::array<std::int32_t, 3>>& vertices;  // in their cells, 1/16384 from corner 0
   ResidualSteps steps;
 };
 

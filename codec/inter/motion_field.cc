@@ -8,19 +8,26 @@ std::int64_t floorDivide(std::int64_t a, std::int64_t b) { return a >= 0 ? a / b
 
 }  // namespace
 
-void MotionField::build(std::span<const Cell> cells, std::uint32_t block_log2, std::uint32_t vector_step) {
+void MotionField::build(std::span<const Cell> level, std::uint32_t block_log2, std::uint32_t vector_step) {
   block_log2_ = block_log2;
   vector_step_ = vector_step;
   blocks_.clear();
   map_.clear();
-  for (std::uint32_t i = 0; i < cells.size(); ++i) {
-    const std::int32_t x = cells[i].x >> block_log2, y = cells[i].y >> block_log2,
-                       z = cells[i].z >> block_log2;
-    if (blocks_.empty() || blocks_.back().x != x || blocks_.back().y != y || blocks_.back().z != z) {
-      blocks_.push_back({x, y, z, i, 0, false, {}});
-      map_.findOrAdd(x, y, z);
+  for (const Cell& cell : level) {
+    blocks_.push_back({cell.x, cell.y, cell.z, 0, 0, false, {}});
+    map_.findOrAdd(cell.x, cell.y, cell.z);
+  }
+}
+
+void MotionField::assign(std::span<const Cell> active) {
+  std::uint32_t next = 0;
+  for (Block& block : blocks_) {
+    block.first = next;
+    while (next < active.size() && active[next].x >> block_log2_ == block.x &&
+           active[next].y >> block_log2_ == block.y && active[next].z >> block_log2_ == block.z) {
+      ++next;
     }
-    ++blocks_.back().count;
+    block.count = next - block.first;
   }
 }
 

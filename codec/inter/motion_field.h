@@ -31,13 +31,26 @@ struct MotionModels {
   std::array<std::array<ResidualModels, 4>, 3> difference;
 };
 
+/// The octree level whose divided cells are the blocks: those of 2^block_log2 grid cells a side, or the root.
+inline std::uint32_t blockLevel(std::uint32_t depth, std::uint32_t block_log2) {
+  return depth > block_log2 ? depth - block_log2 : 0;
+}
+
 class MotionField {
  public:
   static constexpr std::int32_t kMaxMotion = 64 * kCell;
 
-  /// Cuts `cells`, in Morton order, into blocks of 2^block_log2 cells a side that stand still.
-  /// `vector_step`: 1/16384 of a cell.
-  void build(std::span<const Cell> cells, std::uint32_t block_log2, std::uint32_t vector_step);
+  /// Makes a block that stands still of each cell of the level whose cells have 2^block_log2 grid cells a
+  /// side (or of the root, when that is smaller). `vector_step`: 1/16384 of a cell.
+  void build(std::span<const Cell> level, std::uint32_t block_log2, std::uint32_t vector_step);
+  /// Gives each block its active cells; those are in Morton order, and all lie in blocks.
+  void assign(std::span<const Cell> active);
+  std::uint32_t blockLog2() const { return block_log2_; }
+  /// Of a block that moves, in 1/16384 of a cell.
+  std::array<std::int32_t, 3> motionOf(const Block& block) const {
+    const auto step = static_cast<std::int32_t>(vector_step_);
+    return {block.vector[0] * step, block.vector[1] * step, block.vector[2] * step};
+  }
 
   std::vector<Block>& blocks() { return blocks_; }
   const std::vector<Block>& blocks() const { return blocks_; }

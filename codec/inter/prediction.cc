@@ -4,20 +4,32 @@
 namespace isoreel {
 namespace {
 
-// How the spread of the planes' distances grades: variances of 0.03, 0.08 and 0.15 cells squared, 1/2^20.
-constexpr std::array<std::int64_t, 3> kSpreads{944, 6711, 23593};
-// The surface may meet the local frame's normal at no flatter an angle than this: cosine 0.4 in 1/4096.
-constexpr std::int64_t kFlattest = 1638;
+// How the distances at the corners of a cell of the reference depart from a plane: 2^15 / 2^32 of a
+// cell squared.
+constexpr std::array<std::int64_t, 3> kBends{66, 524, 1966};
+// The surface may meet the local frame's normal at no flatter an angle than this: cosine 0.4 in 1/16384.
+constexpr std::int32_t kFlattest = 6554;
 
-// Which configurations' normals look the same way: cosine above 0.2.
-const auto kSameWay = [] {
-  std::array<std::array<std::uint64_t, 4>, 256> table{};
-  for (std::size_t a = 0; a < 256; ++a) {
-    for (std::size_t b = 0; b < 256; ++b) {
-      std::int64_t cosine = 0;
-      for (std::size_t k = 0; k < 3; ++k)
-        cosine += std::int64_t{kLocalFrames[a].normal[k]} * kLocalFrames[b].normal[k];
-      if (cosine > 53687091) table[a][b / 64] |= std::uint64_t{1} << (b % 64);
+/// The sign-changing edges of a configuration.
+struct Edges {
+  struct Edge {
+    std::uint8_t corner;  // the lower one
+    std::uint8_t axis;
+    std::int8_t rise;  // 1: from inside to outside
+  };
+  std::array<Edge, 12> edges{};
+  std::uint32_t count = 0;
+};
+
+constexpr auto kEdges = [] {
+  std::array<Edges, 256> table{};
+  for (std::uint32_t c = 0; c < 256; ++c) {
+    for (std::uint8_t corner = 0; corner < 8; ++corner) {
+      for (std::uint8_t axis = 0; axis < 3; ++axis) {
+        const std::uint32_t other = corner | 1u << axis;
+        if (other == corner || ((c >> corner ^ c >> other) & 1) == 0) continue;
+        table[c].edges[table[c].count++] = {corner, axis, static_cast<std::int8_t>((c >> corner & 1) != 0 ? 1 : -1)};
+      }
     }
   }
   return table;
@@ -25,84 +37,78 @@ const auto kSameWay = [] {
 
 }  // namespace
 
-SurfacePrediction predictFromSurface(const Reference& reference, Neighbours& neighbours, const Cell& cell,
-                                     const std::array<std::int32_t, 3>& in_cell,
-                                     const std::array<std::int32_t, 3>& motion) {
+std::int32_t MovedPlane::offset(const LocalFrame& frame, const std::array<std::int64_t, 3>& offsets) const {
+  std::array<std::int64_t, 3> along{};  // the slope along the frame's axes
+  for (std::size_t k = 0; k < 3; ++k) {
+    along[0] += std::int64_t{slope[k]} * frame.normal[k];
+    along[1] += std::int64_t{slope[k]} * frame.tangent1[k];
+    along[2] += std::int64_t{slope[k]} * frame.tangent2[k];
+  }
+  const std::int64_t at =
+      distance + (((along[1] >> kPositionBits) * offsets[1] + (along[2] >> kPositionBits) * offsets[2]) >> kPositionBits);
+  const std::int64_t facing = std::max<std::int64_t>(along[0] >> kPositionBits, kFlattest);
+  return static_cast<std::int32_t>(std::clamp<std::int64_t>(-at * kCell / facing, -kCell, kCell));
+}
+
+MovedPlane planeInCell(ReferenceField::Cursor& field, const Cell& cell, const std::array<std::int32_t, 3>& motion) {
+  MovedPlane plane;
   const LocalFrame& frame = kLocalFrames[cell.corners];
-  const std::array<std::int32_t, 3> corner{cell.x * kCell, cell.y * kCell, cell.z * kCell};
-  std::array<std::int32_t, 3> at{};
-  for (std::size_t k = 0; k < 3; ++k) at[k] = corner[k] + in_cell[k] + motion[k];
-  const PlaneSums planes = reference.planesAround(at, frame, neighbours);
-  if (planes.weight == 0) return {};
+  const std::array<std::int32_t, 3> at{cell.x * kCell + frame.vertex[0] + motion[0],
+                                       cell.y * kCell + frame.vertex[1] + motion[1],
+                                       cell.z * kCell + frame.vertex[2] + motion[2]};
+  std::array<std::int32_t, 8> v{};
+  if (!field.corners({at[0] >> kPositionBits, at[1] >> kPositionBits, at[2] >> kPositionBits}, v)) return plane;
+  const std::int32_t x = at[0] & (kCell - 1), y = at[1] & (kCell - 1), z = at[2] & (kCell - 1);
+  const auto mix = [](std::int32_t a, std::int32_t b, std::int32_t t) { return a + (((b - a) * t) >> kPositionBits); };
+  // Along x, y, z in turn; distances from here on in 1/16384 of a cell.
+  std::array<std::int32_t, 4> dx{}, on_x{};
+  for (std::size_t i = 0; i < 4; ++i) {
+    dx[i] = 2 * (v[2 * i + 1] - v[2 * i]);
+    on_x[i] = 2 * v[2 * i] + ((dx[i] * x) >> kPositionBits);
+  }
+  const std::array<std::int32_t, 2> dy{on_x[1] - on_x[0], on_x[3] - on_x[2]};
+  const std::array<std::int32_t, 2> on_y{mix(on_x[0], on_x[1], y), mix(on_x[2], on_x[3], y)};
+  plane.known = true;
+  plane.distance = mix(on_y[0], on_y[1], z);
+  plane.slope = {mix(mix(dx[0], dx[1], y), mix(dx[2], dx[3], y), z), mix(dy[0], dy[1], z), on_y[1] - on_y[0]};
 
-  SurfacePrediction result;
-  std::int64_t along = 0;
-  for (std::size_t k = 0; k < 3; ++k) along += planes.normal[k] * frame.normal[k];
-  const std::int64_t offset =
-      -planes.distance * 4096 / std::max(along >> kPositionBits, kFlattest * planes.weight);
-  if (offset < -kCell || offset > kCell) return {};
-  result.offset = static_cast<std::int32_t>(offset);
-
-  std::int64_t at_corner = planes.distance * 4096;
-  for (std::size_t k = 0; k < 3; ++k) at_corner -= planes.normal[k] * in_cell[k];
+  // The plane at the corners: which of them it has on the wrong side.
+  std::array<std::int32_t, 8> at_corner{};
+  at_corner[0] = plane.distance;
+  std::int64_t back = 0;
+  for (std::size_t k = 0; k < 3; ++k) back += std::int64_t{plane.slope[k]} * frame.vertex[k];
+  at_corner[0] -= static_cast<std::int32_t>(back >> kPositionBits);
   int wrong = 0;
   for (std::uint32_t j = 0; j < 8; ++j) {
-    std::int64_t distance = at_corner;
-    for (std::size_t k = 0; k < 3; ++k) {
-      if (j >> k & 1) distance += planes.normal[k] * kCell;
-    }
-    wrong += (distance < 0) != ((cell.corners >> j & 1) != 0);
+    if (j > 0) at_corner[j] = at_corner[j & (j - 1)] + plane.slope[static_cast<std::size_t>(std::countr_zero(j))];
+    wrong += (at_corner[j] < 0) != ((cell.corners >> j & 1) != 0);
   }
-  const std::int64_t mean = planes.distance >> 4, weight = planes.weight;
-  const std::int64_t spread = planes.squares * weight - mean * mean;
+  // Where it crosses the edges whose ends differ in sign.
+  std::array<std::int32_t, 3> shift{};
+  const Edges& edges = kEdges[cell.corners];
+  for (std::uint32_t i = 0; i < edges.count; ++i) {
+    const Edges::Edge& edge = edges.edges[i];
+    const std::int32_t rise = plane.slope[edge.axis] * edge.rise;
+    if (rise <= 0) continue;
+    const std::int64_t place = -std::int64_t{at_corner[edge.corner]} * edge.rise * kCell / rise;
+    shift[edge.axis] += static_cast<std::int32_t>(std::clamp<std::int64_t>(place, 0, kCell)) - kCell / 2;
+  }
+  for (std::size_t t = 0; t < 2; ++t) {
+    const auto& tangent = t == 0 ? frame.tangent1 : frame.tangent2;
+    std::int64_t along = 0;
+    for (std::size_t k = 0; k < 3; ++k) along += std::int64_t{shift[k]} * tangent[k];
+    plane.tangents[t] = static_cast<std::int32_t>((along >> kPositionBits) / static_cast<std::int32_t>(edges.count));
+  }
+  std::int64_t bend = 0;
+  for (const std::uint32_t which : {3u, 5u, 6u, 7u}) {
+    std::int64_t sum = 0;
+    for (std::uint32_t j = 0; j < 8; ++j) sum += std::popcount(j & which) & 1 ? -v[j] : v[j];
+    bend += sum * sum;
+  }
   std::size_t grade = 0;
-  while (grade < kSpreads.size() && spread >= kSpreads[grade] * weight * weight) ++grade;
-  result.confidence = static_cast<std::uint8_t>(std::min(wrong, 3) * 4 + static_cast<int>(grade));
-  return result;
-}
-
-void Decoded::set(std::uint32_t i, const std::array<std::int32_t, 3>& in_cell, std::int32_t error) {
-  vertices_[i] = {
-      {cells_[i].x * kCell + in_cell[0], cells_[i].y * kCell + in_cell[1], cells_[i].z * kCell + in_cell[2]},
-      error == kNone ? kNone : std::clamp(error, -kCell, kCell)};
-}
-
-CodedNeighbours Decoded::around(std::uint32_t i) {
-  const Cell& cell = cells_[i];
-  const LocalFrame& frame = kLocalFrames[cell.corners];
-  const auto& same_way = kSameWay[cell.corners];
-  const std::array<std::int32_t, 3> base{cell.x * kCell + frame.vertex[0], cell.y * kCell + frame.vertex[1],
-                                         cell.z * kCell + frame.vertex[2]};
-  std::int32_t predicted = 0, errors = 0, magnitudes = 0, seen = 0;
-  std::int64_t heights = 0;
-  neighbours_.forEach(
-      cell.x, cell.y, cell.z,
-      [&](std::uint32_t j) {
-        if (j >= i) return;
-        const Cell& other = cells_[j];
-        if ((same_way[other.corners / 64] >> (other.corners % 64) & 1) == 0) return;
-        const Vertex& vertex = vertices_[j];
-        const bool face =
-            std::abs(other.x - cell.x) + std::abs(other.y - cell.y) + std::abs(other.z - cell.z) == 1;
-        const std::int32_t weight = face ? 2 : 1;
-        std::int64_t height = 0;
-        for (std::size_t k = 0; k < 3; ++k)
-          height += std::int64_t{vertex.position[k] - base[k]} * frame.normal[k];
-        seen += weight;
-        heights += weight * std::clamp<std::int64_t>(height >> kPositionBits, -kCell, kCell);
-        if (vertex.error == kNone) return;
-        predicted += weight;
-        errors += weight * vertex.error;
-        magnitudes += weight * std::abs(vertex.error);
-      },
-      i);
-  CodedNeighbours result;
-  if (seen > 0) result.height = static_cast<std::int32_t>(heights / seen);
-  if (predicted > 0) {
-    result.error = errors / predicted;
-    result.magnitude = magnitudes / predicted;
-  }
-  return result;
+  while (grade < kBends.size() && bend >= kBends[grade] << 15) ++grade;
+  plane.confidence = static_cast<std::uint8_t>(std::min(wrong, 3) * 4 + static_cast<int>(grade));
+  return plane;
 }
 
 }  // namespace isoreel
