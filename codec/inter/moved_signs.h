@@ -9,30 +9,44 @@
 
 namespace isoreel {
 
+/// For each index how many of the ends are not above it.
+template <std::size_t Size, std::size_t Ends>
+constexpr std::array<std::uint8_t, Size> classTable(const std::array<std::int32_t, Ends>& ends) {
+  std::array<std::uint8_t, Size> table{};
+  for (std::size_t i = 0; i < Size; ++i) {
+    for (const std::int32_t end : ends)
+      table[i] = static_cast<std::uint8_t>(table[i] + (static_cast<std::int32_t>(i) >= end));
+  }
+  return table;
+}
+
 /// Models of corner signs where the moved surface is near: by its distance, by what the signs around say,
 /// and by how far apart the level's nodes are.
 class MovedSignModels {
  public:
-  static constexpr std::size_t kLevels = 3, kDistances = 16, kClasses = kDistances + 2, kVotes = 16;
+  static constexpr std::size_t kLevels = 3, kDistances = 16, kVotes = 16;
+  /// Classes of nodes around which not all distances are known.
+  static constexpr std::size_t kMostlyOutside = kDistances, kMostlyInside = kDistances + 1, kClasses = kDistances + 2;
 
+  /// The class of a distance, 1/4096 of a cell.
   static std::size_t classOf(std::int32_t distance) {
-    std::size_t d = 0;
-    while (d < kDistances - 1 && distance >= kDistanceCuts[d]) ++d;
-    return d;
+    const std::int32_t size = (distance < 0 ? ~distance : distance) >> 4;
+    const std::size_t place = kSizes[static_cast<std::size_t>(std::min(size, 256))];
+    return distance < 0 ? kDistances / 2 - 1 - place : kDistances / 2 + place;
   }
-  BitModel& at(std::uint32_t shift, std::size_t d, std::uint16_t one) {
-    std::size_t v = 0;
-    while (v < kVotes - 1 && one >= kVoteCuts[v]) ++v;
-    return models_[(std::min<std::size_t>(shift, kLevels - 1) * kClasses + d) * kVotes + v];
+  BitModel& at(std::uint32_t shift, std::size_t distance, std::uint16_t one) {
+    const std::size_t level = std::min<std::size_t>(shift, kLevels - 1);
+    return models_[(level * kClasses + distance) * kVotes + kVoteOf[one >> 9]];
   }
   void reset() { models_.fill(BitModel{}); }
 
  private:
-  // In 1/8192 of a cell: 0, 0.04, 0.1, 0.17, 0.27, 0.4, 0.6 and 1 cell to either side.
-  static constexpr std::array<std::int32_t, kDistances - 1> kDistanceCuts{
-      -8192, -4915, -3277, -2212, -1393, -819, -328, 0, 328, 819, 1393, 2212, 3277, 4915, 8192};
-  static constexpr std::array<std::uint16_t, kVotes - 1> kVoteCuts{
-      1000, 2500, 5000, 9000, 14000, 20000, 27000, 32768, 38500, 45500, 51500, 56500, 60500, 63000, 64500};
+  // Where classes end: distances in 1/256 of a cell, probabilities in 1/128.
+  static constexpr std::array<std::int32_t, kDistances / 2 - 1> kDistanceEnds{10, 26, 43, 69, 102, 154, 256};
+  static constexpr std::array<std::int32_t, kVotes - 1> kVoteEnds{2,  5,  10, 18,  27,  39,  53, 64,
+                                                                 75, 89, 101, 110, 118, 123, 126};
+  static constexpr auto kSizes = classTable<257>(kDistanceEnds);
+  static constexpr auto kVoteOf = classTable<128>(kVoteEnds);
 
   std::array<BitModel, kLevels * kClasses * kVotes> models_{};
 };
@@ -65,14 +79,16 @@ class MovedSigns {
     if (!moves_) return nullptr;
     const std::array<std::int32_t, 3> place{(x << shift_) * kCell + vector_[0], (y << shift_) * kCell + vector_[1],
                                             (z << shift_) * kCell + vector_[2]};
-    std::array<std::int32_t, 8> v{};
-    if (field_.corners({place[0] >> kPositionBits, place[1] >> kPositionBits, place[2] >> kPositionBits}, v))
-      return &models_.at(shift_, MovedSignModels::classOf(ReferenceField::Cursor::mix(v, place)), one);
-    if (!field_.any()) return nullptr;
-    std::int32_t sum = 0;
-    for (auto d : v) sum += d == ReferenceField::kUnknown ? 0 : d;
-    if (sum == 0) return nullptr;
-    return &models_.at(shift_, MovedSignModels::kDistances + (sum < 0), one);
+    const CornerValues around = field_.around(place);
+    std::size_t distance = 0;
+    if (around.allKnown()) {
+      distance = MovedSignModels::classOf(around.at(place));
+    } else {
+      const std::int32_t sum = around.sumOfKnown();
+      if (sum == 0) return nullptr;
+      distance = sum < 0 ? MovedSignModels::kMostlyInside : MovedSignModels::kMostlyOutside;
+    }
+    return &models_.at(shift_, distance, one);
   }
 
  private:

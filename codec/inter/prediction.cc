@@ -19,6 +19,7 @@ struct Edges {
   };
   std::array<Edge, 12> edges{};
   std::uint32_t count = 0;
+  std::uint32_t axes = 0;  // along which there are any, one bit each
 };
 
 constexpr auto kEdges = [] {
@@ -29,6 +30,7 @@ constexpr auto kEdges = [] {
         const std::uint32_t other = corner | 1u << axis;
         if (other == corner || ((c >> corner ^ c >> other) & 1) == 0) continue;
         table[c].edges[table[c].count++] = {corner, axis, static_cast<std::int8_t>((c >> corner & 1) != 0 ? 1 : -1)};
+        table[c].axes |= 1u << axis;
       }
     }
   }
@@ -56,21 +58,12 @@ MovedPlane planeInCell(ReferenceField::Cursor& field, const Cell& cell, const st
   const std::array<std::int32_t, 3> at{cell.x * kCell + frame.vertex[0] + motion[0],
                                        cell.y * kCell + frame.vertex[1] + motion[1],
                                        cell.z * kCell + frame.vertex[2] + motion[2]};
-  std::array<std::int32_t, 8> v{};
-  if (!field.corners({at[0] >> kPositionBits, at[1] >> kPositionBits, at[2] >> kPositionBits}, v)) return plane;
-  const std::int32_t x = at[0] & (kCell - 1), y = at[1] & (kCell - 1), z = at[2] & (kCell - 1);
-  const auto mix = [](std::int32_t a, std::int32_t b, std::int32_t t) { return a + (((b - a) * t) >> kPositionBits); };
-  // Along x, y, z in turn; distances from here on in 1/16384 of a cell.
-  std::array<std::int32_t, 4> dx{}, on_x{};
-  for (std::size_t i = 0; i < 4; ++i) {
-    dx[i] = 2 * (v[2 * i + 1] - v[2 * i]);
-    on_x[i] = 2 * v[2 * i] + ((dx[i] * x) >> kPositionBits);
-  }
-  const std::array<std::int32_t, 2> dy{on_x[1] - on_x[0], on_x[3] - on_x[2]};
-  const std::array<std::int32_t, 2> on_y{mix(on_x[0], on_x[1], y), mix(on_x[2], on_x[3], y)};
+  const CornerValues corners = field.around(at);
+  if (!corners.allKnown()) return plane;
+  const CornerValues::Between between = corners.slopesAt(at);
   plane.known = true;
-  plane.distance = mix(on_y[0], on_y[1], z);
-  plane.slope = {mix(mix(dx[0], dx[1], y), mix(dx[2], dx[3], y), z), mix(dy[0], dy[1], z), on_y[1] - on_y[0]};
+  plane.distance = 4 * between.value;
+  plane.slope = {4 * between.slope[0], 4 * between.slope[1], 4 * between.slope[2]};
 
   // The plane at the corners: which of them it has on the wrong side.
   std::array<std::int32_t, 8> at_corner{};
@@ -86,11 +79,14 @@ MovedPlane planeInCell(ReferenceField::Cursor& field, const Cell& cell, const st
   // Where it crosses the edges whose ends differ in sign.
   std::array<std::int32_t, 3> shift{};
   const Edges& edges = kEdges[cell.corners];
+  std::array<std::int64_t, 3> inverse{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (edges.axes >> k & 1 && plane.slope[k] != 0) inverse[k] = (std::int64_t{1} << 28) / std::abs(plane.slope[k]);
+  }
   for (std::uint32_t i = 0; i < edges.count; ++i) {
     const Edges::Edge& edge = edges.edges[i];
-    const std::int32_t rise = plane.slope[edge.axis] * edge.rise;
-    if (rise <= 0) continue;
-    const std::int64_t place = -std::int64_t{at_corner[edge.corner]} * edge.rise * kCell / rise;
+    if (plane.slope[edge.axis] * edge.rise <= 0) continue;
+    const std::int64_t place = (std::int64_t{-at_corner[edge.corner] * edge.rise} * inverse[edge.axis]) >> kPositionBits;
     shift[edge.axis] += static_cast<std::int32_t>(std::clamp<std::int64_t>(place, 0, kCell)) - kCell / 2;
   }
   for (std::size_t t = 0; t < 2; ++t) {
@@ -102,11 +98,11 @@ MovedPlane planeInCell(ReferenceField::Cursor& field, const Cell& cell, const st
   std::int64_t bend = 0;
   for (const std::uint32_t which : {3u, 5u, 6u, 7u}) {
     std::int64_t sum = 0;
-    for (std::uint32_t j = 0; j < 8; ++j) sum += std::popcount(j & which) & 1 ? -v[j] : v[j];
+    for (std::uint32_t j = 0; j < 8; ++j) sum += std::popcount(j & which) & 1 ? -corners.values()[j] : corners.values()[j];
     bend += sum * sum;
   }
   std::size_t grade = 0;
-  while (grade < kBends.size() && bend >= kBends[grade] << 15) ++grade;
+  while (grade < kBends.size() && bend >= kBends[grade] << 13) ++grade;
   plane.confidence = static_cast<std::uint8_t>(std::min(wrong, 3) * 4 + static_cast<int>(grade));
   return plane;
 }

@@ -40,9 +40,11 @@ const Eigen::Matrix<float, kTerms, kSamples>& leastSquaresInverse() {
 float DistanceTree::sample(const std::array<std::int32_t, 3>& half_node) {
   const std::uint32_t number = samples_.findOrAdd(half_node[0], half_node[1], half_node[2]);
   if (number < squares_.size()) return squares_[number];
-  const std::int32_t distance = field_.at({half_node[0] * (kCell / 2), half_node[1] * (kCell / 2), half_node[2] * (kCell / 2)});
-  const float cells = static_cast<float>(distance) / (1 << ReferenceField::kDistanceBits);
-  squares_.push_back(distance == ReferenceField::kUnknown ? kFar : cells * cells);
+  const std::array<std::int32_t, 3> place{half_node[0] * (kCell / 2), half_node[1] * (kCell / 2),
+                                          half_node[2] * (kCell / 2)};
+  const CornerValues around = field_.around(place);
+  const float distance = around.allKnown() ? static_cast<float>(around.at(place)) / 4096 : 0;
+  squares_.push_back(around.allKnown() ? distance * distance : kFar);
   return squares_.back();
 }
 
