@@ -53,11 +53,11 @@ MotionField::Interpolation::Interpolation(const MotionField& field, const Block&
   }
 }
 
-std::array<std::int32_t, 3> MotionField::Interpolation::at(const Cell& cell) const {
-  // Distance of the cell's middle from the block's, in half cells, and the block on that side.
-  const std::array<std::int32_t, 3> inside{2 * (cell.x & (side_ - 1)) + 1 - side_,
-                                           2 * (cell.y & (side_ - 1)) + 1 - side_,
-                                           2 * (cell.z & (side_ - 1)) + 1 - side_};
+std::array<std::int32_t, 3> MotionField::Interpolation::at(std::int32_t x, std::int32_t y, std::int32_t z) const {
+  // Distance of the place from the block's middle, in cells, and the block on that side.
+  const std::int32_t half = side_ / 2;
+  const std::array<std::int32_t, 3> inside{2 * (x & (half - 1)) + 1 - half, 2 * (y & (half - 1)) + 1 - half,
+                                           2 * (z & (half - 1)) + 1 - half};
   constexpr std::array<std::int32_t, 3> kStride{1, 3, 9};
   std::array<std::int64_t, 3> sum{};
   std::int64_t weights = 0;
@@ -67,7 +67,7 @@ std::array<std::int32_t, 3> MotionField::Interpolation::at(const Cell& cell) con
     for (std::size_t k = 0; k < 3; ++k) {
       const std::int32_t away = std::abs(inside[k]);
       const bool beyond = corner >> k & 1;
-      weight *= beyond ? away : 2 * side_ - away;
+      weight *= beyond ? away : side_ - away;
       if (beyond) place += inside[k] < 0 ? -kStride[k] : kStride[k];
     }
     const Block* block = around_[static_cast<std::size_t>(place)];
@@ -76,12 +76,12 @@ std::array<std::int32_t, 3> MotionField::Interpolation::at(const Cell& cell) con
     for (std::size_t k = 0; k < 3; ++k) sum[k] += weight * block->vector[k];
   }
   const int log2 = std::countr_zero(static_cast<std::uint32_t>(side_));
-  const std::int64_t all = std::int64_t{1} << (3 * log2 + 3);  // what the eight weights come to
+  const std::int64_t all = std::int64_t{1} << (3 * log2);  // what the eight weights come to
   std::array<std::int32_t, 3> result{};
   for (std::size_t k = 0; k < 3; ++k) {
     const std::int64_t moved = sum[k] * step_;
     result[k] =
-        static_cast<std::int32_t>(weights == all ? moved >> (3 * log2 + 3) : floorDivide(moved, weights));
+        static_cast<std::int32_t>(weights == all ? moved >> (3 * log2) : floorDivide(moved, weights));
   }
   return result;
 }

@@ -81,13 +81,13 @@ class MotionField {
     return {};
   }
 
-  /// Vectors of the cells of one block: those of the eight nearest blocks that move, interpolated between
-  /// their centres.
+  /// Vectors inside one block, the same for 2×2×2 cells: those of the eight nearest blocks that move, interpolated
+  /// between their centres.
   class Interpolation {
    public:
     Interpolation(const MotionField& field, const Block& block);
-    /// In 1/16384 of a cell.
-    std::array<std::int32_t, 3> at(const Cell& cell) const;
+    /// At the middle of the pair of cells that begins at (2x, 2y, 2z), in 1/16384 of a cell.
+    std::array<std::int32_t, 3> at(std::int32_t x, std::int32_t y, std::int32_t z) const;
 
    private:
     std::array<const Block*, 27> around_{};
