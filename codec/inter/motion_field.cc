@@ -2,12 +2,6 @@
 #include "inter/motion_field.h"
 
 namespace isoreel {
-namespace {
-
-std::int64_t floorDivide(std::int64_t a, std::int64_t b) { return a >= 0 ? a / b : -((b - 1 - a) / b); }
-
-}  // namespace
-
 void MotionField::build(std::span<const Cell> level, std::uint32_t block_log2, std::uint32_t vector_step) {
   block_log2_ = block_log2;
   vector_step_ = vector_step;
@@ -46,44 +40,37 @@ MotionField::Expected MotionField::expected(const Block& block) const {
 }
 
 MotionField::Interpolation::Interpolation(const MotionField& field, const Block& block)
-    : side_(std::int32_t{1} << field.block_log2_), step_(static_cast<std::int32_t>(field.vector_step_)) {
+    : side_(std::int32_t{1} << field.block_log2_), shift_(3 * static_cast<std::int32_t>(field.block_log2_) + 3) {
   for (std::int32_t i = 0; i < 27; ++i) {
     const Block* found = field.find(block.x + i % 3 - 1, block.y + i / 3 % 3 - 1, block.z + i / 9 - 1);
-    if (found != nullptr && found->moves) around_[static_cast<std::size_t>(i)] = found;
+    around_[static_cast<std::size_t>(i)] = field.motionOf(found != nullptr && found->moves ? *found : block);
   }
 }
 
-std::array<std::int32_t, 3> MotionField::Interpolation::at(std::int32_t x, std::int32_t y, std::int32_t z) const {
-  // Distance of the place from the block's middle, in cells, and the block on that side.
-  const std::int32_t half = side_ / 2;
-  const std::array<std::int32_t, 3> inside{2 * (x & (half - 1)) + 1 - half, 2 * (y & (half - 1)) + 1 - half,
-                                           2 * (z & (half - 1)) + 1 - half};
+void MotionField::Interpolation::enter(std::uint32_t octant) {
+  octant_ = octant;
   constexpr std::array<std::int32_t, 3> kStride{1, 3, 9};
-  std::array<std::int64_t, 3> sum{};
-  std::int64_t weights = 0;
-  for (std::uint32_t corner = 0; corner < 8; ++corner) {
-    std::int64_t weight = 1;
-    std::int32_t place = 13;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::int32_t away = std::abs(inside[k]);
-      const bool beyond = corner >> k & 1;
-      weight *= beyond ? away : side_ - away;
-      if (beyond) place += inside[k] < 0 ? -kStride[k] : kStride[k];
-    }
-    const Block* block = around_[static_cast<std::size_t>(place)];
-    if (block == nullptr) continue;
-    weights += weight;
-    for (std::size_t k = 0; k < 3; ++k) sum[k] += weight * block->vector[k];
-  }
-  const int log2 = std::countr_zero(static_cast<std::uint32_t>(side_));
-  const std::int64_t all = std::int64_t{1} << (3 * log2);  // what the eight weights come to
-  std::array<std::int32_t, 3> result{};
   for (std::size_t k = 0; k < 3; ++k) {
-    const std::int64_t moved = sum[k] * step_;
-    result[k] =
-        static_cast<std::int32_t>(weights == all ? moved >> (3 * log2) : floorDivide(moved, weights));
+    auto& terms = terms_[k];
+    for (std::uint32_t corner = 0; corner < 8; ++corner) {
+      std::int32_t place = 13;
+      for (std::uint32_t axis = 0; axis < 3; ++axis) {
+        if (corner >> axis & 1) place += octant >> axis & 1 ? kStride[axis] : -kStride[axis];
+      }
+      terms[corner] = around_[static_cast<std::size_t>(place)][k];
+    }
+    // From values at the corners to terms, an axis at a time.
+    for (std::uint32_t axis = 1; axis < 8; axis <<= 1) {
+      for (std::uint32_t corner = 0; corner < 8; ++corner) {
+        if (corner & axis) {
+          terms[corner] -= terms[corner ^ axis];
+        }
+      }
+      for (std::uint32_t corner = 0; corner < 8; ++corner) {
+        if ((corner & axis) == 0) terms[corner] *= 2 * side_;
+      }
+    }
   }
-  return result;
 }
 
 }  // namespace isoreel

@@ -81,17 +81,36 @@ class MotionField {
     return {};
   }
 
-  /// Vectors inside one block, the same for 2×2×2 cells: those of the eight nearest blocks that move, interpolated
-  /// between their centres.
+  /// Vectors inside one block that moves: those of the eight nearest blocks, interpolated between their middles. A block
+  /// that is not there, or does not move, counts as one that moves like this.
   class Interpolation {
    public:
     Interpolation(const MotionField& field, const Block& block);
-    /// At the middle of the pair of cells that begins at (2x, 2y, 2z), in 1/16384 of a cell.
-    std::array<std::int32_t, 3> at(std::int32_t x, std::int32_t y, std::int32_t z) const;
+    /// At a cell's middle, in 1/16384 of a cell.
+    std::array<std::int32_t, 3> at(const Cell& cell) {
+      const std::int32_t last = side_ - 1;
+      std::array<std::int32_t, 3> inside{2 * (cell.x & last) - last, 2 * (cell.y & last) - last,
+                                         2 * (cell.z & last) - last};  // from the block's middle, half cells
+      const std::uint32_t octant = (inside[0] > 0) | (inside[1] > 0) << 1 | (inside[2] > 0) << 2;
+      if (octant != octant_) enter(octant);
+      for (std::int32_t& i : inside) i = std::abs(i);
+      const std::int64_t x = inside[0], y = inside[1], z = inside[2];
+      std::array<std::int32_t, 3> result{};
+      for (std::size_t k = 0; k < 3; ++k) {
+        const auto& t = terms_[k];
+        result[k] = static_cast<std::int32_t>(
+            (t[0] + t[1] * x + (t[2] + t[3] * x) * y + (t[4] + t[5] * x + (t[6] + t[7] * x) * y) * z) >> shift_);
+      }
+      return result;
+    }
 
    private:
-    std::array<const Block*, 27> around_{};
-    std::int32_t side_, step_;
+    void enter(std::uint32_t octant);
+
+    std::array<std::array<std::int32_t, 3>, 27> around_{};
+    std::int32_t side_, shift_;
+    std::uint32_t octant_ = 8;                           // whose terms these are
+    std::array<std::array<std::int64_t, 8>, 3> terms_{};  // of the vector, times (2 side)³: 1, x, y, xy, z, xz, yz, xyz
   };
 
  private:

@@ -36,12 +36,7 @@ class MovedPlanes {
     const Block& block = motion_.blocks()[block_];
     if (!block.moves) return {};
     if (!vectors_) vectors_.emplace(motion_, block);
-    const std::array<std::int32_t, 3> pair{cells_[i].x >> 1, cells_[i].y >> 1, cells_[i].z >> 1};
-    if (pair != pair_) {
-      pair_ = pair;
-      vector_ = vectors_->at(pair[0], pair[1], pair[2]);
-    }
-    return planeInCell(field_, cells_[i], vector_);
+    return planeInCell(field_, cells_[i], vectors_->at(cells_[i]));
   }
 
  private:
@@ -50,8 +45,6 @@ class MovedPlanes {
   std::span<const Cell> cells_;
   std::size_t block_ = 0;
   std::optional<MotionField::Interpolation> vectors_;  // of the block at hand
-  std::array<std::int32_t, 3> pair_{-1, -1, -1};       // of cells
-  std::array<std::int32_t, 3> vector_{};               // theirs
 };
 
 /// What an encoder chooses; the decoder's says nothing.
