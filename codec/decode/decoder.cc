@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "decode/motion_blocks.h"
 #include "inter/vertex_stream.h"
 #include "intra/sign_tree.h"
 #include "lattice/dual_mesh.h"
@@ -117,7 +118,7 @@ Status decodeIntraVertices(ByteSpan bytes, const std::vector<Cell>& cells, const
 /// The vertices of a P packet's full surface (spec codec 8).
 Status decodePredictedVertices(ByteSpan motion_bytes, ByteSpan vertex_bytes, const std::vector<Cell>& cells,
                                const CellIndex& index, const Reference& reference, const ResidualSteps& steps,
-                               PacketModels& models, Surface& surface) {
+                               PacketModels& models, Surface& surface, std::vector<MotionBlock>* blocks) {
   ByteReader in(motion_bytes);
   PredictionHeader header;
   ISOREEL_TRY(readSized(in, header));
@@ -132,6 +133,7 @@ Status decodePredictedVertices(ByteSpan motion_bytes, ByteSpan vertex_bytes, con
   codeTangents(coder, models.vertices, cells, residuals);
   if (coder.overrun()) return endOf(coder, "vertices");
   const auto predictions = predictVertices(reference, motion, cells, residuals, steps);
+  if (blocks != nullptr) *blocks = motionBlocks(motion, header, predictions);
   codeNormals(
       coder, models, header, cells, index, residuals, predictions, steps,
       [](std::uint32_t, std::int32_t) { return 0; }, surface.vertices);
@@ -172,6 +174,7 @@ Decoder& Decoder::operator=(Decoder&&) noexcept = default;
 Decoder::~Decoder() = default;
 
 Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
+  if (options.motion != nullptr) options.motion->clear();
   ISOREEL_ASSIGN(const Payload payload, Payload::open(packet, options));
   const PacketHeader& header = payload.header();
   if (header.vertices > options.max_vertices) {
@@ -228,7 +231,7 @@ Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
     ISOREEL_TRY(decodeIntraVertices(*vertex_bytes, cells, steps, state.models.vertices, surface));
   } else {
     ISOREEL_TRY(decodePredictedVertices(*motion_bytes, *vertex_bytes, cells, state.index, state.reference,
-                                        steps, state.models, surface));
+                                        steps, state.models, surface, options.motion));
   }
   surface.quads = dualQuads(cells, state.index);
   if (surface.quads.size() != header.faces) return counts("quads", surface.quads.size(), header.faces);
