@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <fmt/format.h>
-#include <isoreel/codec/packet_header.h>
 
 #include <algorithm>
 #include <cmath>
@@ -8,6 +7,7 @@
 
 #include "command.h"
 #include "input.h"
+#include "packet_list.h"
 
 namespace isoreel::cli {
 namespace {
@@ -24,9 +24,8 @@ struct InfoOptions {
   bool json = false;
   bool frames = false;
   bool packets = false;
+  int jobs = 0;
 };
-
-const char* typeName(PacketType type) { return type == PacketType::kIntra ? "I" : "P"; }
 
 std::string hashText(std::uint64_t hash) { return fmt::format("{:016x}", hash); }
 
@@ -57,23 +56,6 @@ Json frameJson(const FrameHeader& h, const Configuration& c) {
             {"rms", h.error_rms},
             {"max", h.error_max}}},
           {"hash", hashText(h.surface_hash)}};
-}
-
-Json packetJson(const PacketHeader& header, std::size_t bytes) {
-  Json sections = Json::array();
-  for (const Section& s : header.sections) {
-    static constexpr std::array<const char*, 5> kNames{"?", "signs", "leaves", "motion", "vertices"};
-    sections.push_back({{"kind", s.kind < kNames.size() ? kNames[s.kind] : "unknown"},
-                        {"level", s.level},
-                        {"bytes", s.bytes}});
-  }
-  return {{"number", header.number},
-          {"type", typeName(header.type)},
-          {"bytes", bytes},
-          {"references", header.references},
-          {"step", header.step / double{kCell}},
-          {"tangential_step", header.tangential_step / double{kCell}},
-          {"sections", sections}};
 }
 
 /// The tags, or null when they are no JSON. What is nested deeper than anyone writes is left out: printing
@@ -171,15 +153,7 @@ Status info(const InfoOptions& options) {
       file["frame_list"].push_back(frameJson(input.packets->header(i), input.configuration));
   }
   if (options.packets) {
-    file["packet_list"] = Json::array();
-    for (std::uint64_t i = 0; i < input.packets->frameCount(); ++i) {
-      const auto place = fmt::format("{}: frame {}", options.input, input.packets->header(i).number);
-      Result<Bytes> packet = input.packets->packet(i);
-      if (!packet) return named(packet.status(), options.input);
-      const Result<PacketHeader> header = readPacketHeader(*packet);
-      if (!header) return header.status().at(place);
-      file["packet_list"].push_back(packetJson(*header, packet->size()));
-    }
+    ISOREEL_ASSIGN(file["packet_list"], packetList(input, options.input, options.jobs));
   }
   if (options.json) {
     fmt::print("{}\n", dumped(file, 2));
@@ -189,29 +163,22 @@ Status info(const InfoOptions& options) {
   if (options.frames) printFrames(input);
   if (!options.packets) return {};
   fmt::print("\n");
-  for (const Json& packet : file["packet_list"]) {
-    fmt::print("packet {:>5}  {}  {} bytes, step {:.6g}, tangential {:.6g}:", packet["number"].dump(),
-               packet["type"].get<std::string>(), packet["bytes"].dump(), packet["step"].get<double>(),
-               packet["tangential_step"].get<double>());
-    for (const Json& s : packet["sections"]) {
-      const bool levelled = s["kind"] == "signs" || s["kind"] == "leaves";
-      fmt::print(" {}{} {}", s["kind"].get<std::string>(), levelled ? s["level"].dump() : "",
-                 s["bytes"].dump());
-    }
-    fmt::print("\n");
-  }
+  printPackets(file["packet_list"]);
   return {};
 }
 
 }  // namespace
 
 void addInfoCommand(CLI::App& app, Action& chosen) {
-  CLI::App* verb = app.add_subcommand("info", "What an .isr file holds, read without decoding");
+  CLI::App* verb = app.add_subcommand("info", "What an .isr file holds; only --packets decodes");
   const auto options = std::make_shared<InfoOptions>();
   verb->add_option("input", options->input, "The .isr (or .isr.part) file; - for standard input")->required();
   verb->add_flag("--frames", options->frames,
                  "The facts of every frame: time, counts, area, volume, components, error");
-  verb->add_flag("--packets", options->packets, "Type, references and sections of every packet");
+  verb->add_flag("--packets", options->packets,
+                 "Type, references and sections of every packet; what the blocks of P packets do");
+  verb->add_option("--jobs", options->jobs, "Threads for --packets; 0: one a core")
+      ->check(CLI::Range(0, 256));
   verb->add_flag("--json", options->json, "One JSON object");
   verb->callback([options, &chosen] { chosen = [options] { return info(*options); }; });
 }

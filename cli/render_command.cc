@@ -129,6 +129,7 @@ Status render(const RenderOptions& options) {
   if (product != Product::kPictures) ISOREEL_TRY(mayWrite(options.output, options.force));
   const std::vector<std::uint64_t> frames =
       tileFrames(range, product == Product::kSheet ? options.tiles : static_cast<std::size_t>(range.size()));
+  ISOREEL_TRY(scene.measureMotion(frames));
 
   const ThreadLimit limit(options.jobs);
   Progress progress("render", frames.size());

@@ -12,6 +12,7 @@
 
 namespace isoreel::cli {
 
+enum class Overlay { kNone, kMotion };
 enum class Colour { kNone, kCurvature, kError };
 
 struct RenderOptions {
@@ -28,6 +29,8 @@ struct RenderOptions {
   Colour colour = Colour::kNone;
   std::optional<double> range;
   VolumeInput volumes;
+  Overlay overlay = Overlay::kNone;
+  std::optional<double> overlay_scale;
   std::string fps;
   std::size_t tiles = 12;
   int jobs = 0;

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "inter/packet_models.h"
+#include "decode/predicted_part.h"
 #include "inter/reference.h"
 #include "intra/sign_tree.h"
 #include "lattice/dual_mesh.h"
@@ -92,49 +92,14 @@ Status counts(const char* what, std::size_t found, std::uint32_t stated) {
                                    std::to_string(stated) + " (spec codec 3.1)"};
 }
 
-Status endOf(const RangeGet& coder, const char* what) {
-  if (coder.finished()) return {};
-  return {ErrorCode::kBadData, std::string(what) + ": " +
-                                   (coder.overrun() ? "end too early" : "not used to their end") +
-                                   " (spec codec 6.2)"};
-}
-
-GridPosition inGrid(const Cell& cell, const std::array<std::int32_t, 3>& in_cell) {
-  return {cell.x * kCell + in_cell[0], cell.y * kCell + in_cell[1], cell.z * kCell + in_cell[2]};
-}
-
-/// The vertices of an I packet's full surface (spec codec 5.2).
+/// The vertices of an I packet's full surface, in their cells (spec codec 5.2).
 Status decodeIntraVertices(ByteSpan bytes, const std::vector<Cell>& cells, const ResidualSteps& steps,
-                           VertexModels& models, Surface& surface) {
+                           VertexModels& models, std::vector<std::array<std::int32_t, 3>>& vertices) {
   RangeGet coder(bytes);
   for (std::size_t i = 0; i < cells.size(); ++i) {
-    surface.vertices[i] = inGrid(
-        cells[i],
-        reconstruct(kLocalFrames[cells[i].corners], codeVertex(coder, models, cells[i].corners, {}), steps));
+    vertices[i] =
+        reconstruct(kLocalFrames[cells[i].corners], codeVertex(coder, models, cells[i].corners, {}), steps);
   }
-  return endOf(coder, "vertices");
-}
-
-/// The motion section of a P packet (spec codec 8.1 and 8.2). `blocks`: the cells of the level that they are.
-Status decodeMotion(ByteSpan bytes, std::span<const Cell> blocks, const PredictionHeader& header, std::size_t offset,
-                    MotionModels& models, MotionField& motion) {
-  motion.build(blocks, header.block_log2, header.vector_step);
-  RangeGet coder(bytes.subspan(offset));
-  ISOREEL_TRY(motion.code(coder, models));
-  return endOf(coder, "motion vectors");
-}
-
-/// The vertices of a P packet's full surface (spec codec 8.5 to 8.7).
-Status decodePredictedVertices(ByteSpan bytes, const PredictionHeader& header, const std::vector<Cell>& cells,
-                               const CellIndex& index, const ReferenceField& field, MotionField& motion,
-                               const ResidualSteps& steps, PacketModels& models, Surface& surface) {
-  motion.assign(cells);
-  MovedPlanes planes(field, motion, cells);
-  RangeGet coder(bytes);
-  NoChoice none;
-  codePredictedVertices(coder, models.vertices, models.predicted, header, cells, index, steps, planes, none,
-                        surface.vertices);
-  toGridPositions(cells, surface.vertices);
   return endOf(coder, "vertices");
 }
 
@@ -171,6 +136,7 @@ Decoder& Decoder::operator=(Decoder&&) noexcept = default;
 Decoder::~Decoder() = default;
 
 Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
+  if (options.motion != nullptr) options.motion->clear();
   ISOREEL_ASSIGN(const Payload payload, Payload::open(packet, options));
   const PacketHeader& header = payload.header();
   if (header.vertices > options.max_vertices) {
@@ -195,44 +161,40 @@ Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
   // Where P packets may follow, the rest is decoded too: they go on from it.
   const bool goes_on = (configuration.tools & kToolPrediction) != 0 && !options.allow_prefix;
   const bool predicted = header.type == PacketType::kPredicted;
-  MotionField motion;
-  PredictionHeader prediction;
-  std::uint32_t block_level = depth;
+  const ReferenceField& field = state.reference.field();
+  PredictedPart part;
   std::optional<ByteSpan> motion_bytes = ByteSpan{};
-  std::size_t motion_offset = 0;
   if (predicted) {
+    // Cut off with all finer levels, which stand behind it.
     motion_bytes = payload.section(SectionKind::kMotion, 0);
-    if (motion_bytes) {
-      ByteReader in(*motion_bytes);
-      ISOREEL_TRY(readSized(in, prediction));
-      motion_offset = in.position();
-      block_level = blockLevel(depth, prediction.block_log2);
-    }
+    if (motion_bytes) ISOREEL_TRY(part.open(*motion_bytes, depth));
   }
-  MovedSigns moved(state.reference.field(), motion, state.models.moved_signs);
+  MovedSigns moved(field, part.motion(), state.models.moved_signs);
   std::optional<Surface> coarse;
   for (std::uint32_t level = 0; level <= (goes_on ? depth : wanted); ++level) {
-    const auto sign_bytes = payload.section(SectionKind::kSigns, level),
-               leaf_bytes = payload.section(SectionKind::kLeaves, level);
-    if (!sign_bytes || !leaf_bytes || (level > block_level && !motion_bytes)) {
-      if (level == 0)
-        return {ErrorCode::kTruncated, "packet: cut before its first level is whole (spec codec 3.2)"};
-      return surfaceFromSigns(tree.takeCells(), grid, depth - level + 1);
+    if (level == 0 || !tree.cells().empty()) {
+      const auto sign_bytes = payload.section(SectionKind::kSigns, level),
+                 leaf_bytes = payload.section(SectionKind::kLeaves, level);
+      if (!sign_bytes || !leaf_bytes) {
+        if (level == 0)
+          return {ErrorCode::kTruncated, "packet: cut before its first level is whole (spec codec 3.2)"};
+        return surfaceFromSigns(tree.takeCells(), grid, depth - level + 1);
+      }
+      RangeGet signs(*sign_bytes), leaves(*leaf_bytes);
+      if (level == 0) {
+        ISOREEL_TRY(tree.codeRoot(signs, leaves));
+      } else if (predicted && motion_bytes && level > part.blockLevel()) {
+        moved.start(depth - level);
+        ISOREEL_TRY(tree.codeLevel(level, signs, leaves, moved));
+      } else {
+        ISOREEL_TRY(tree.codeLevel(level, signs, leaves));
+      }
+      if (!signs.finished()) return leftOver("corner signs", level);
+      if (!leaves.finished()) return leftOver("leaf bits", level);
+      if (level == wanted && level < depth) coarse = surfaceFromSigns(tree.cells(), grid, depth - level);
     }
-    RangeGet signs(*sign_bytes), leaves(*leaf_bytes);
-    if (level == 0) {
-      ISOREEL_TRY(tree.codeRoot(signs, leaves));
-    } else if (predicted && level > block_level) {
-      moved.start(depth - level);
-      ISOREEL_TRY(tree.codeLevel(level, signs, leaves, moved));
-    } else {
-      ISOREEL_TRY(tree.codeLevel(level, signs, leaves));
-    }
-    if (!signs.finished()) return leftOver("corner signs", level);
-    if (!leaves.finished()) return leftOver("leaf bits", level);
-    if (predicted && level == block_level && motion_bytes)
-      ISOREEL_TRY(decodeMotion(*motion_bytes, tree.cells(), prediction, motion_offset, state.models.motion, motion));
-    if (level == wanted && level < depth) coarse = surfaceFromSigns(tree.cells(), grid, depth - level);
+    if (predicted && motion_bytes && level == part.blockLevel())
+      ISOREEL_TRY(part.decodeMotion(tree.cells(), state.models.motion));
   }
   if (coarse && !goes_on) return *std::move(coarse);
   const auto vertex_bytes = payload.section(SectionKind::kVertices, 0);
@@ -247,11 +209,13 @@ Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
   surface.grid = grid;
   surface.vertices.resize(cells.size());
   if (predicted) {
-    ISOREEL_TRY(decodePredictedVertices(*vertex_bytes, prediction, cells, state.index, state.reference.field(),
-                                        motion, steps, state.models, surface));
+    ISOREEL_TRY(
+        part.decodeVertices(*vertex_bytes, cells, state.index, field, steps, state.models, surface.vertices));
+    if (options.motion != nullptr) *options.motion = part.blocks(cells, field);
   } else {
-    ISOREEL_TRY(decodeIntraVertices(*vertex_bytes, cells, steps, state.models.vertices, surface));
+    ISOREEL_TRY(decodeIntraVertices(*vertex_bytes, cells, steps, state.models.vertices, surface.vertices));
   }
+  toGridPositions(cells, surface.vertices);
   surface.quads = dualQuads(cells, state.index);
   if (surface.quads.size() != header.faces) return counts("quads", surface.quads.size(), header.faces);
   if (surfaceHash(surface) != header.surface_hash) {

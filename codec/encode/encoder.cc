@@ -17,8 +17,8 @@ namespace {
 // mesh, 3 took about 5 % off the vertex bits of 2 on droplets, splash and head scan; to the volume's
 // isosurface more.
 constexpr std::uint32_t kTangentialRatio = 3;
-// P frames predict tangential components well: at 1.5 times these steps their vertices are as far from the extractor's
-// as those of I frames (0.037 and 0.037 cells on droplets, 0.051 and 0.050 on the splash).
+// P frames predict tangential components well: at 1.5 times these steps their vertices are as far from the
+// extractor's as those of I frames (0.037 and 0.037 cells on droplets, 0.051 and 0.050 on the splash).
 constexpr std::uint32_t kPredictedTangentialRatio = 9;  // halves
 
 }  // namespace
@@ -96,8 +96,8 @@ Result<Packet> Encoder::encode(const Volume& volume, const FrameTiming& timing, 
   if (predicts && state.last && timing.number == *state.last + 1 &&
       timing.number - state.key < settings.gop) {
     FrameInput with_reference = input;
-    with_reference.steps.tangential =
-        static_cast<std::int32_t>(std::min<std::uint32_t>(kPredictedTangentialRatio * header.step / 2, kCell));
+    with_reference.steps.tangential = static_cast<std::int32_t>(
+        std::min<std::uint32_t>(kPredictedTangentialRatio * header.step / 2, kCell));
     ISOREEL_ASSIGN(CodedFrame predicted,
                    codePredicted(with_reference, state.reference, settings.motion, state.models));
     // An I frame is a place to seek to: worth a fiftieth of it.

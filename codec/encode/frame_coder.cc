@@ -163,8 +163,8 @@ Result<CodedFrame> codePredicted(const FrameInput& frame, const Reference& refer
   const auto plane_of = [&](std::uint32_t i) { return planes[i]; };
   coded.decoded.resize(frame.cells.size());
   addSection(coded, SectionKind::kVertices, 0, [&](RangePut& coder) {
-    codePredictedVertices(coder, coded.models.vertices, coded.models.predicted, header, frame.cells, frame.index,
-                          frame.steps, plane_of, choice, coded.decoded);
+    codePredictedVertices(coder, coded.models.vertices, coded.models.predicted, header, frame.cells,
+                          frame.index, frame.steps, plane_of, choice, coded.decoded);
   });
   coded.sizes.vertices = coded.payload.size() - coded.sizes.signs - coded.sizes.motion;
   return coded;

@@ -16,7 +16,7 @@ struct FrameInput {
   const Grid& grid;
   const SignBitmap& bitmap;
   std::span<const Cell> cells;
-  const CellIndex& index;                                 // of the cells
+  const CellIndex& index;                                    // of the cells
   const std::vector<std::array<std::int32_t, 3>>& vertices;  // in their cells, 1/16384 from corner 0
   ResidualSteps steps;
 };

@@ -17,7 +17,8 @@ std::uint8_t inSixtyFourths(double weight, double max) {
 
 void fitPrediction(std::span<const Cell> cells, const CellIndex& index, const std::vector<MovedPlane>& planes,
                    const std::vector<std::array<std::int32_t, 3>>& vertices,
-                   std::span<const std::array<double, 3>> wanted, std::int32_t step, PredictionHeader& header) {
+                   std::span<const std::array<double, 3>> wanted, std::int32_t step,
+                   PredictionHeader& header) {
   struct Inputs {
     Eigen::Matrix3d squares = Eigen::Matrix3d::Identity() * kCell;  // keeps classes of few vertices tame
     Eigen::Vector3d products = Eigen::Vector3d::Zero();
@@ -38,7 +39,8 @@ void fitPrediction(std::span<const Cell> cells, const CellIndex& index, const st
     const std::int32_t surface =
         plane.offset(frame, {0, std::lround(wanted[i][1]), std::lround(wanted[i][2])});
     neighbours.set(i, static_cast<std::int32_t>(wanted[i][0]) - surface);
-    inputs[i] = {static_cast<double>(surface), static_cast<double>(around.error), static_cast<double>(around.height)};
+    inputs[i] = {static_cast<double>(surface), static_cast<double>(around.error),
+                 static_cast<double>(around.height)};
     Inputs& fit = fits[plane.confidence];
     fit.squares += inputs[i] * inputs[i].transpose();
     fit.products += inputs[i] * wanted[i][0];

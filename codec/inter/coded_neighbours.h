@@ -43,7 +43,8 @@ class CodedNeighbours {
       const std::uint32_t j = brick->first + countBits(brick->mask & (bit - 1));
       const std::array<std::int32_t, 3>& vertex = vertices_[j];
       std::int64_t height = -std::int64_t{kCell} * frame.normal[k];
-      for (std::size_t m = 0; m < 3; ++m) height += std::int64_t{vertex[m] - frame.vertex[m]} * frame.normal[m];
+      for (std::size_t m = 0; m < 3; ++m)
+        height += std::int64_t{vertex[m] - frame.vertex[m]} * frame.normal[m];
       ++seen;
       heights += std::clamp(static_cast<std::int32_t>(height >> kPositionBits), -kCell, kCell);
       if (errors_[j] == kNone) continue;
@@ -75,7 +76,8 @@ class CodedNeighbours {
     if (brick_ == nullptr) brick_ = bricks;
     while (i >= brick_->first + brick_->count) ++brick_;
     for (std::int32_t k = 0; k < 3; ++k) {
-      const std::uint32_t number = index_.brickAt(brick_->x - (k == 0), brick_->y - (k == 1), brick_->z - (k == 2));
+      const std::uint32_t number =
+          index_.brickAt(brick_->x - (k == 0), brick_->y - (k == 1), brick_->z - (k == 2));
       below_[static_cast<std::size_t>(k)] = number == CellIndex::kNone ? nullptr : bricks + number;
     }
   }

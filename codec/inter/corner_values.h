@@ -91,8 +91,8 @@ inline CornerValues::Between slopesAt(const std::array<std::int16_t, 8>& v,
 
 namespace sse2 {
 
-/// Weights of the lower and the upper value for four pairs: their products with both, added and shifted, are what
-/// definition::between gives.
+/// Weights of the lower and the upper value for four pairs: their products with both, added and shifted, are
+/// what definition::between gives.
 inline __m128i weights(std::int32_t place) {
   const std::int32_t part = place & (kCell - 1);
   return _mm_set1_epi32((kCell - part) | part << 16);

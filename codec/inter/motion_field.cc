@@ -40,7 +40,8 @@ MotionField::Expected MotionField::expected(const Block& block) const {
 }
 
 MotionField::Interpolation::Interpolation(const MotionField& field, const Block& block)
-    : side_(std::int32_t{1} << field.block_log2_), shift_(3 * static_cast<std::int32_t>(field.block_log2_) + 3) {
+    : side_(std::int32_t{1} << field.block_log2_),
+      shift_(3 * static_cast<std::int32_t>(field.block_log2_) + 3) {
   for (std::int32_t i = 0; i < 27; ++i) {
     const Block* found = field.find(block.x + i % 3 - 1, block.y + i / 3 % 3 - 1, block.z + i / 9 - 1);
     around_[static_cast<std::size_t>(i)] = field.motionOf(found != nullptr && found->moves ? *found : block);

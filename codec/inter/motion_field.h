@@ -81,8 +81,8 @@ class MotionField {
     return {};
   }
 
-  /// Vectors inside one block that moves: those of the eight nearest blocks, interpolated between their middles. A block
-  /// that is not there, or does not move, counts as one that moves like this.
+  /// Vectors inside one block that moves: those of the eight nearest blocks, interpolated between their
+  /// middles. A block that is not there, or does not move, counts as one that moves like this.
   class Interpolation {
    public:
     Interpolation(const MotionField& field, const Block& block);
@@ -99,7 +99,8 @@ class MotionField {
       for (std::size_t k = 0; k < 3; ++k) {
         const auto& t = terms_[k];
         result[k] = static_cast<std::int32_t>(
-            (t[0] + t[1] * x + (t[2] + t[3] * x) * y + (t[4] + t[5] * x + (t[6] + t[7] * x) * y) * z) >> shift_);
+            (t[0] + t[1] * x + (t[2] + t[3] * x) * y + (t[4] + t[5] * x + (t[6] + t[7] * x) * y) * z) >>
+            shift_);
       }
       return result;
     }
@@ -109,8 +110,9 @@ class MotionField {
 
     std::array<std::array<std::int32_t, 3>, 27> around_{};
     std::int32_t side_, shift_;
-    std::uint32_t octant_ = 8;                           // whose terms these are
-    std::array<std::array<std::int64_t, 8>, 3> terms_{};  // of the vector, times (2 side)³: 1, x, y, xy, z, xz, yz, xyz
+    std::uint32_t octant_ = 8;  // whose terms these are
+    std::array<std::array<std::int64_t, 8>, 3>
+        terms_{};  // of the vector, times (2 side)³: 1, x, y, xy, z, xz, yz, xyz
   };
 
  private:

@@ -26,7 +26,8 @@ class MovedSignModels {
  public:
   static constexpr std::size_t kLevels = 3, kDistances = 16, kVotes = 16;
   /// Classes of nodes around which not all distances are known.
-  static constexpr std::size_t kMostlyOutside = kDistances, kMostlyInside = kDistances + 1, kClasses = kDistances + 2;
+  static constexpr std::size_t kMostlyOutside = kDistances, kMostlyInside = kDistances + 1,
+                               kClasses = kDistances + 2;
 
   /// The class of a distance, 1/4096 of a cell.
   static std::size_t classOf(std::int32_t distance) {
@@ -43,8 +44,8 @@ class MovedSignModels {
  private:
   // Where classes end: distances in 1/256 of a cell, probabilities in 1/128.
   static constexpr std::array<std::int32_t, kDistances / 2 - 1> kDistanceEnds{10, 26, 43, 69, 102, 154, 256};
-  static constexpr std::array<std::int32_t, kVotes - 1> kVoteEnds{2,  5,  10, 18,  27,  39,  53, 64,
-                                                                 75, 89, 101, 110, 118, 123, 126};
+  static constexpr std::array<std::int32_t, kVotes - 1> kVoteEnds{2,  5,  10,  18,  27,  39,  53, 64,
+                                                                  75, 89, 101, 110, 118, 123, 126};
   static constexpr auto kSizes = classTable<257>(kDistanceEnds);
   static constexpr auto kVoteOf = classTable<128>(kVoteEnds);
 
@@ -65,7 +66,8 @@ class MovedSigns {
   }
   /// Goes to a cell of the level above; in Morton order.
   void goTo(const Cell& cell) {
-    const std::int32_t up = static_cast<std::int32_t>(motion_.blockLog2()) - static_cast<std::int32_t>(shift_) - 1;
+    const std::int32_t up =
+        static_cast<std::int32_t>(motion_.blockLog2()) - static_cast<std::int32_t>(shift_) - 1;
     const std::int32_t x = cell.x >> up, y = cell.y >> up, z = cell.z >> up;
     const std::vector<Block>& blocks = motion_.blocks();
     if (blocks[block_].x != x || blocks[block_].y != y || blocks[block_].z != z) {
@@ -77,7 +79,8 @@ class MovedSigns {
   /// that is not near.
   BitModel* at(std::int32_t x, std::int32_t y, std::int32_t z, std::uint16_t one) {
     if (!moves_) return nullptr;
-    const std::array<std::int32_t, 3> place{(x << shift_) * kCell + vector_[0], (y << shift_) * kCell + vector_[1],
+    const std::array<std::int32_t, 3> place{(x << shift_) * kCell + vector_[0],
+                                            (y << shift_) * kCell + vector_[1],
                                             (z << shift_) * kCell + vector_[2]};
     const CornerValues around = field_.around(place);
     std::size_t distance = 0;

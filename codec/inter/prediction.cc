@@ -6,8 +6,8 @@
 namespace isoreel {
 namespace {
 
-// How the distances at the corners of a cell of the reference depart from a plane, by bendOf(): 0.0005, 0.004 and 0.015
-// cells squared in the mean, times 64, in 1/2^24.
+// How the distances at the corners of a cell of the reference depart from a plane, by bendOf(): 0.0005, 0.004
+// and 0.015 cells squared in the mean, times 64, in 1/2^24.
 constexpr std::array<std::int64_t, 3> kBends{1 << 19, 1 << 22, 1 << 24};
 // The surface may meet the local frame's normal at no flatter an angle than this: cosine 0.4 in 1/16384.
 constexpr std::int32_t kFlattest = 6554;
@@ -32,7 +32,8 @@ constexpr auto kEdges = [] {
       for (std::uint8_t axis = 0; axis < 3; ++axis) {
         const std::uint32_t other = corner | 1u << axis;
         if (other == corner || ((c >> corner ^ c >> other) & 1) == 0) continue;
-        table[c].edges[table[c].count++] = {corner, axis, static_cast<std::int8_t>((c >> corner & 1) != 0 ? 1 : -1)};
+        table[c].edges[table[c].count++] = {corner, axis,
+                                            static_cast<std::int8_t>((c >> corner & 1) != 0 ? 1 : -1)};
         table[c].axes |= 1u << axis;
       }
     }
@@ -41,8 +42,8 @@ constexpr auto kEdges = [] {
   return table;
 }();
 
-// How far the values at the corners of a cell are from a linear function: the squares of what they have of xy, xz, yz
-// and xyz.
+// How far the values at the corners of a cell are from a linear function: the squares of what they have of
+// xy, xz, yz and xyz.
 std::int64_t bendOf(const std::array<std::int16_t, 8>& v) {
   std::array<std::int32_t, 4> sum{}, difference{};  // along x
   for (std::size_t i = 0; i < 4; ++i) {
@@ -66,12 +67,14 @@ std::int32_t MovedPlane::offset(const LocalFrame& frame, const std::array<std::i
     along[2] += std::int64_t{slope[k]} * frame.tangent2[k];
   }
   const std::int64_t at =
-      distance + (((along[1] >> kPositionBits) * offsets[1] + (along[2] >> kPositionBits) * offsets[2]) >> kPositionBits);
+      distance + (((along[1] >> kPositionBits) * offsets[1] + (along[2] >> kPositionBits) * offsets[2]) >>
+                  kPositionBits);
   const std::int64_t facing = std::max<std::int64_t>(along[0] >> kPositionBits, kFlattest);
   return static_cast<std::int32_t>(std::clamp<std::int64_t>(-at * kCell / facing, -kCell, kCell));
 }
 
-MovedPlane planeInCell(ReferenceField::Cursor& field, const Cell& cell, const std::array<std::int32_t, 3>& motion) {
+MovedPlane planeInCell(ReferenceField::Cursor& field, const Cell& cell,
+                       const std::array<std::int32_t, 3>& motion) {
   MovedPlane plane;
   const LocalFrame& frame = kLocalFrames[cell.corners];
   const std::array<std::int32_t, 3> at{cell.x * kCell + frame.vertex[0] + motion[0],
@@ -100,12 +103,14 @@ MovedPlane planeInCell(ReferenceField::Cursor& field, const Cell& cell, const st
   const Edges& edges = kEdges[cell.corners];
   std::array<std::int64_t, 3> inverse{};
   for (std::size_t k = 0; k < 3; ++k) {
-    if (edges.axes >> k & 1 && plane.slope[k] != 0) inverse[k] = (std::int64_t{1} << 28) / std::abs(plane.slope[k]);
+    if (edges.axes >> k & 1 && plane.slope[k] != 0)
+      inverse[k] = (std::int64_t{1} << 28) / std::abs(plane.slope[k]);
   }
   for (std::uint32_t i = 0; i < edges.count; ++i) {
     const Edges::Edge& edge = edges.edges[i];
     if (plane.slope[edge.axis] * edge.rise <= 0) continue;
-    const std::int64_t place = (std::int64_t{-at_corner[edge.corner] * edge.rise} * inverse[edge.axis]) >> kPositionBits;
+    const std::int64_t place =
+        (std::int64_t{-at_corner[edge.corner] * edge.rise} * inverse[edge.axis]) >> kPositionBits;
     shift[edge.axis] += static_cast<std::int32_t>(std::clamp<std::int64_t>(place, 0, kCell)) - kCell / 2;
   }
   for (std::size_t t = 0; t < 2; ++t) {

@@ -51,19 +51,21 @@ struct PredictionHeader {
 /// The moved previous surface inside a cell, as a plane: its signed distance is distance + slope · (place -
 /// frame vertex), outside positive.
 struct MovedPlane {
-  bool known = false;              // false: the surface is not near enough
-  std::uint8_t confidence = 0;     // 0 best, below kConfidences
-  std::int32_t distance = 0;       // at the vertex of the cell's local frame, 1/16384 of a cell
-  std::array<std::int32_t, 3> slope{};     // 1/16384
-  std::array<std::int32_t, 2> tangents{};  // where it would put the vertex, along the frame's tangents, 1/16384 of a cell
+  bool known = false;                   // false: the surface is not near enough
+  std::uint8_t confidence = 0;          // 0 best, below kConfidences
+  std::int32_t distance = 0;            // at the vertex of the cell's local frame, 1/16384 of a cell
+  std::array<std::int32_t, 3> slope{};  // 1/16384
+  std::array<std::int32_t, 2>
+      tangents{};  // where it would put the vertex, along the frame's tangents, 1/16384 of a cell
 
-  /// How far along the normal of `frame` the plane is from the frame's vertex moved by the tangential elements of
-  /// `offsets`, 1/16384 of a cell; not above a cell.
+  /// How far along the normal of `frame` the plane is from the frame's vertex moved by the tangential
+  /// elements of `offsets`, 1/16384 of a cell; not above a cell.
   std::int32_t offset(const LocalFrame& frame, const std::array<std::int64_t, 3>& offsets) const;
 };
 
 /// `motion`: from the cell to the previous surface, 1/16384 of a cell.
-MovedPlane planeInCell(ReferenceField::Cursor& field, const Cell& cell, const std::array<std::int32_t, 3>& motion);
+MovedPlane planeInCell(ReferenceField::Cursor& field, const Cell& cell,
+                       const std::array<std::int32_t, 3>& motion);
 
 /// What a residual of the predicted stream stands for, 1/16384 of a cell.
 inline std::int32_t dequantise(const PredictionHeader& header, std::int32_t residual, std::int32_t step) {

@@ -25,12 +25,13 @@ struct ReferencePlane {
 /// follows the surface.
 class ReferenceField {
  public:
-  /// `planes` in the order of their cells, positions not below 0. In an earlier one's place, the earlier wins.
+  /// `planes` in the order of their cells, positions not below 0. In an earlier one's place, the earlier
+  /// wins.
   void build(std::span<const ReferencePlane> planes);
 
  private:
-  // 17×17×17 nodes: neighbouring bricks share those of their faces, so that the eight nodes of any cell are in
-  // one. Rows have room on both sides, since the build writes four nodes at a time.
+  // 17×17×17 nodes: neighbouring bricks share those of their faces, so that the eight nodes of any cell are
+  // in one. Rows have room on both sides, since the build writes four nodes at a time.
   static constexpr int kSideLog2 = 4;
   static constexpr std::int32_t kSide = 1 << kSideLog2;
   static constexpr std::int32_t kBefore = 2, kRow = kBefore + kSide + 4, kPlane = (kSide + 1) * kRow;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The vertices of a P packet, each from the moved previous surface where that is near (spec codec 8.5 to 8.7).
+// The vertices of a P packet, each from the moved previous surface where that is near (spec codec 8.5
+// to 8.7).
 #pragma once
 
 #include <optional>
@@ -9,7 +10,8 @@
 
 namespace isoreel {
 
-/// Models of the residuals of predicted vertices: by component, by how large errors are around, and by confidence.
+/// Models of the residuals of predicted vertices: by component, by how large errors are around, and by
+/// confidence.
 class PredictedModels {
  public:
   static constexpr std::size_t kSizes = 8;
@@ -29,7 +31,8 @@ class MovedPlanes {
       : field_(field), motion_(motion), cells_(cells) {}
 
   MovedPlane operator()(std::uint32_t i) {
-    while (block_ < motion_.blocks().size() && i >= motion_.blocks()[block_].first + motion_.blocks()[block_].count) {
+    while (block_ < motion_.blocks().size() &&
+           i >= motion_.blocks()[block_].first + motion_.blocks()[block_].count) {
       ++block_;
       vectors_.reset();
     }
@@ -52,13 +55,13 @@ struct NoChoice {
   static std::int32_t residual(std::uint32_t, std::size_t, std::int32_t) { return 0; }
 };
 
-/// Puts or gets the vertices; fills `decoded` with them, in their cells. planes(i) gives the MovedPlane of cell i,
-/// choice.residual(i, component, expected) an encoder's residual for the component along an axis of the local frame,
-/// 1/16384 of a cell.
+/// Puts or gets the vertices; fills `decoded` with them, in their cells. planes(i) gives the MovedPlane of
+/// cell i, choice.residual(i, component, expected) an encoder's residual for the component along an axis of
+/// the local frame, 1/16384 of a cell.
 template <class Coder, class Planes, class Choice>
 void codePredictedVertices(Coder& coder, VertexModels& unpredicted, PredictedModels& predicted,
-                           const PredictionHeader& header, std::span<const Cell> cells, const CellIndex& index,
-                           const ResidualSteps& steps, Planes& planes, Choice& choice,
+                           const PredictionHeader& header, std::span<const Cell> cells,
+                           const CellIndex& index, const ResidualSteps& steps, Planes& planes, Choice& choice,
                            std::vector<std::array<std::int32_t, 3>>& decoded) {
   CodedNeighbours neighbours(index, decoded);
   for (std::uint32_t i = 0; i < cells.size(); ++i) {
@@ -68,8 +71,9 @@ void codePredictedVertices(Coder& coder, VertexModels& unpredicted, PredictedMod
     std::array<std::int64_t, 3> offsets{};
     if (!plane.known) {
       for (std::size_t c = 0; c < 3; ++c) {
-        offsets[c] = std::int64_t{codeResidual(coder, unpredicted.at(c, cell.corners), choice.residual(i, c, 0))} *
-                     (c == 0 ? steps.normal : steps.tangential);
+        offsets[c] =
+            std::int64_t{codeResidual(coder, unpredicted.at(c, cell.corners), choice.residual(i, c, 0))} *
+            (c == 0 ? steps.normal : steps.tangential);
       }
       decoded[i] = reconstruct(frame, offsets);
       neighbours.skip(i);

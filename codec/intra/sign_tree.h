@@ -89,8 +89,8 @@ class SignTree {
   /// Codes level `level` (1 to depth) from the cells of the level above. `moved`: what is known of its nodes
   /// from elsewhere,
   ///   void goTo(const Cell&)   asked of each cell of the level above, in Morton order
-  ///   BitModel* at(int x, int y, int z, std::uint16_t one)   the model to code a lattice node's sign with, when not
-  ///   that of the signs around it, which gives `one`
+  ///   BitModel* at(int x, int y, int z, std::uint16_t one)   the model to code a lattice node's sign with,
+  ///   when not that of the signs around it, which gives `one`
   template <class Moved>
   Status codeLevel(std::uint32_t level, Coder& signs, Coder& leaves, Moved& moved) {
     const LevelLattice parents(grid_, level - 1), lattice(grid_, level);

@@ -88,6 +88,50 @@ TEST(Player, DecodesFromTheKeyAndOnlyWhatItMust) {
   EXPECT_EQ(source.reads, 8u) << "forward at a coarser level, each frame once";
 }
 
+TEST(Player, TellsTheMotionOfPredictedFrames) {
+  MadeSource source = movingSphere();
+  Player player(source);
+  std::vector<MotionBlock> blocks(7);
+  DecodeOptions options;
+  options.motion = &blocks;
+  ASSERT_TRUE(player.frame(0, options).ok());
+  EXPECT_TRUE(blocks.empty()) << "an I frame";
+  for (const std::uint64_t position : {2u, 7u, 5u}) {
+    const auto surface = player.frame(position, options);
+    ASSERT_TRUE(surface.ok());
+    std::uint32_t next = 0;
+    std::array<double, 3> sum{};
+    double predicted = 0;
+    for (const MotionBlock& block : blocks) {
+      ASSERT_EQ(block.first, next);
+      ASSERT_EQ(block.side, 8);
+      ASSERT_GE(block.vertices, 1u);
+      ASSERT_LE(block.predicted, block.moves ? block.vertices : 0);
+      next += block.vertices;
+      predicted += block.predicted;
+      for (std::size_t k = 0; k < 3; ++k) {
+        ASSERT_EQ(block.cell[k] % 8, 0);
+        for (std::uint32_t i = block.first; i < next; ++i) {
+          ASSERT_GE(surface->vertices[i][k], block.cell[k] * kCell);
+          ASSERT_LE(surface->vertices[i][k], (block.cell[k] + 8) * kCell);
+        }
+        sum[k] += double(block.vector[k]) / kCell * block.vertices;
+      }
+    }
+    EXPECT_EQ(next, surface->vertices.size());
+    EXPECT_GT(predicted, 0.95 * next);
+    // To where the surface was.
+    EXPECT_NEAR(sum[0] / next, -0.4, 0.1);
+    EXPECT_NEAR(sum[1] / next, 0, 0.1);
+    EXPECT_NEAR(sum[2] / next, 0.3, 0.1);
+  }
+  const auto whole = blocks;
+  options.level = 2;
+  ASSERT_TRUE(player.frame(5, options).ok());
+  ASSERT_EQ(blocks.size(), whole.size()) << "at any level, the full surface's";
+  EXPECT_EQ(blocks.back().vector, whole.back().vector);
+}
+
 TEST(Player, ErrorsNameTheFrame) {
   MadeSource source = growingSpheres();
   source.packets[3].data.back() ^= 1;

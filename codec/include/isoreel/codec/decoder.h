@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <isoreel/codec/motion_block.h>
 #include <isoreel/codec/packet_header.h>
 #include <isoreel/codec/surface.h>
 
@@ -19,6 +20,9 @@ struct DecodeOptions {
   /// Refuse packets that say they hold more. A surface takes about 60 bytes a vertex while it is
   /// decoded, 120 where P packets may follow.
   std::uint32_t max_vertices = 1u << 27;
+  /// Gets the blocks of a P packet that is decoded whole; emptied for any other packet. On an error it may
+  /// hold some. The caller's, may be null.
+  std::vector<MotionBlock>* motion = nullptr;
 };
 
 /// Turns packets into surfaces. Integer throughout: the same surface on every machine. Safe for untrusted
