@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the vertices coded before say of the next one (spec codec 8.6).
+// What the vertices coded before say of the next one (spec codec 8.7).
 #pragma once
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Signs with temporal context: what the moved previous surface says of a node (spec codec 8.4).
+// Signs with temporal context: what the moved previous surface says of a node (spec codec 8.5).
 #pragma once
 
 #include <array>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Prediction of a vertex from the moved previous surface, and the coding of what is left (spec codec 8.5 and
-// 8.7; paper, sections 4.3 and 4.4).
+// Prediction of a vertex from the moved previous surface, and the coding of what is left (spec codec 8.6 and
+// 8.8; paper, sections 4.3 and 4.4).
 #pragma once
 
 #include <isoreel/base/syntax.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The vertices of a P packet, each from the moved previous surface where that is near (spec codec 8.5
-// to 8.7).
+// The vertices of a P packet, each from the moved previous surface where that is near (spec codec 8.6
+// to 8.8).
 #pragma once
 
 #include <optional>
