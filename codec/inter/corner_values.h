@@ -4,6 +4,7 @@
 
 #include <isoreel/codec/grid.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <cstring>
@@ -19,48 +20,43 @@ namespace isoreel {
 class CornerValues {
  public:
   static constexpr std::int16_t kUnknown = std::numeric_limits<std::int16_t>::min();
-
-  static CornerValues unknown() { return CornerValues(); }
-  /// From nodes in memory, with the distances of rows and planes given.
-  template <int Row, int Plane>
-  static CornerValues load(const std::int16_t* at) {
-    CornerValues result;
-    std::memcpy(&result.v_[0], at, 4);
-    std::memcpy(&result.v_[2], at + Row, 4);
-    std::memcpy(&result.v_[4], at + Plane, 4);
-    std::memcpy(&result.v_[6], at + Plane + Row, 4);
-    return result;
-  }
-  explicit CornerValues(const std::array<std::int16_t, 8>& values) : v_(values) {}
-
-  const std::array<std::int16_t, 8>& values() const { return v_; }
-  bool allKnown() const {
-    // The two highest bits of what is known are the same.
-    std::array<std::uint64_t, 2> bits;
-    std::memcpy(bits.data(), v_.data(), sizeof bits);
-    const std::uint64_t differ = (bits[0] ^ bits[0] << 1) | (bits[1] ^ bits[1] << 1);
-    return (differ & 0x8000800080008000) == 0;
-  }
-  /// Of the known ones, 0 when there is none.
-  std::int32_t sumOfKnown() const {
-    std::int32_t sum = 0;
-    for (const std::int16_t v : v_) sum += v == kUnknown ? 0 : v;
-    return sum;
-  }
+  using Array = std::array<std::int16_t, 8>;
 
   /// Trilinear value and slopes, the latter per cell, in the unit of the values.
   struct Between {
     std::int32_t value;
     std::array<std::int32_t, 3> slope;
   };
+
+  static CornerValues unknown() {
+    Array values{};
+    values.fill(kUnknown);
+    return CornerValues(values);
+  }
+  /// From nodes in memory, with the distances of rows and planes given: the low halves less 32768.
+  template <int Row, int Plane>
+  static CornerValues load(const std::int32_t* at);
+  explicit CornerValues(const Array& values);
+
+  Array values() const;
+  bool allKnown() const;
+  /// Of the known ones, 0 when there is none.
+  std::int32_t sumOfKnown() const {
+    std::int32_t sum = 0;
+    for (const std::int16_t v : values()) sum += v == kUnknown ? 0 : v;
+    return sum;
+  }
   /// At a place of the cell: its parts of a cell in 1/16384. All values known.
   std::int32_t at(const std::array<std::int32_t, 3>& place) const;
   Between slopesAt(const std::array<std::int32_t, 3>& place) const;
 
  private:
-  CornerValues() { v_.fill(kUnknown); }
-
-  std::array<std::int16_t, 8> v_;
+#ifdef __SSE2__
+  explicit CornerValues(__m128i values) : v_(values) {}
+  __m128i v_;
+#else
+  Array v_;
+#endif
 };
 
 namespace definition {
@@ -105,19 +101,37 @@ inline __m128i between(__m128i a, __m128i b, __m128i weights) {
 
 }  // namespace sse2
 
+inline CornerValues::CornerValues(const Array& values) { std::memcpy(&v_, values.data(), sizeof v_); }
+inline CornerValues::Array CornerValues::values() const {
+  Array result;
+  std::memcpy(result.data(), &v_, sizeof v_);
+  return result;
+}
+inline bool CornerValues::allKnown() const {
+  return _mm_movemask_epi8(_mm_cmpeq_epi16(v_, _mm_set1_epi16(kUnknown))) == 0;
+}
+template <int Row, int Plane>
+CornerValues CornerValues::load(const std::int32_t* at) {
+  const auto two_rows = [](const std::int32_t* from) {
+    const __m128i rows = _mm_unpacklo_epi64(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(from)),
+                                            _mm_loadl_epi64(reinterpret_cast<const __m128i*>(from + Row)));
+    return _mm_srai_epi32(_mm_slli_epi32(rows, 16), 16);
+  };
+  return CornerValues(
+      _mm_xor_si128(_mm_packs_epi32(two_rows(at), two_rows(at + Plane)), _mm_set1_epi16(kUnknown)));
+}
+
 inline std::int32_t CornerValues::at(const std::array<std::int32_t, 3>& place) const {
-  const __m128i v = _mm_loadu_si128(reinterpret_cast<const __m128i*>(v_.data()));
-  const __m128i on_x = sse2::between(v, v, sse2::weights(place[0]));
+  const __m128i on_x = sse2::between(v_, v_, sse2::weights(place[0]));
   const __m128i on_y = sse2::between(on_x, on_x, sse2::weights(place[1]));
   return static_cast<std::int16_t>(_mm_cvtsi128_si32(sse2::between(on_y, on_y, sse2::weights(place[2]))));
 }
 
 inline CornerValues::Between CornerValues::slopesAt(const std::array<std::int32_t, 3>& place) const {
-  const __m128i v = _mm_loadu_si128(reinterpret_cast<const __m128i*>(v_.data()));
   const __m128i rise = _mm_set1_epi32(0x0001FFFF);  // -1 and 1
   const __m128i wy = sse2::weights(place[1]), wz = sse2::weights(place[2]);
-  const __m128i on_x = sse2::between(v, v, sse2::weights(place[0]));  // four values, twice
-  const __m128i rise_x = _mm_madd_epi16(v, rise);
+  const __m128i on_x = sse2::between(v_, v_, sse2::weights(place[0]));  // four values, twice
+  const __m128i rise_x = _mm_madd_epi16(v_, rise);
   // Values in the lower half, rises along x in the upper: two of each after y.
   const __m128i mixed = _mm_unpacklo_epi64(on_x, _mm_packs_epi32(rise_x, rise_x));
   const __m128i on_y = _mm_srai_epi32(_mm_madd_epi16(mixed, wy), kPositionBits);
@@ -132,6 +146,17 @@ inline CornerValues::Between CornerValues::slopesAt(const std::array<std::int32_
 
 #else
 
+inline CornerValues::CornerValues(const Array& values) : v_(values) {}
+inline CornerValues::Array CornerValues::values() const { return v_; }
+inline bool CornerValues::allKnown() const {
+  return std::find(v_.begin(), v_.end(), kUnknown) == v_.end();
+}
+template <int Row, int Plane>
+CornerValues CornerValues::load(const std::int32_t* at) {
+  const auto value = [&](int offset) { return static_cast<std::int16_t>((at[offset] & 0xFFFF) - 32768); };
+  return CornerValues(Array{value(0), value(1), value(Row), value(Row + 1), value(Plane), value(Plane + 1),
+                            value(Plane + Row), value(Plane + Row + 1)});
+}
 inline std::int32_t CornerValues::at(const std::array<std::int32_t, 3>& place) const {
   return definition::slopesAt(v_, place).value;
 }

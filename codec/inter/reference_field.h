@@ -25,21 +25,18 @@ struct ReferencePlane {
 /// follows the surface.
 class ReferenceField {
  public:
-  /// `planes` in the order of their cells, positions not below 0. In an earlier one's place, the earlier
-  /// wins.
+  /// Positions not below 0, in any order.
   void build(std::span<const ReferencePlane> planes);
 
  private:
-  // 17×17×17 nodes: neighbouring bricks share those of their faces, so that the eight nodes of any cell are
-  // in one. Rows have room on both sides, since the build writes four nodes at a time.
+  // 17×17×17 nodes: neighbouring bricks share those of their faces, so that the eight nodes of any cell are in
+  // one. Rows have room on both sides, since the build writes four nodes at a time. A node is a number whose
+  // high half is the squared distance of the nearest vertex, 1/4096 of a cell squared, and whose low half
+  // is the plane's distance + 32768: the least is the nearest.
   static constexpr int kSideLog2 = 4;
   static constexpr std::int32_t kSide = 1 << kSideLog2;
   static constexpr std::int32_t kBefore = 2, kRow = kBefore + kSide + 4, kPlane = (kSide + 1) * kRow;
-  using Nodes = std::array<std::int16_t, std::size_t{kSide + 1} * kPlane>;
-  struct Brick {
-    Nodes distances;
-    Nodes nearest;  // squared distance of the vertex nearest so far, 1/4096 of a cell squared
-  };
+  using Brick = std::array<std::int32_t, std::size_t{kSide + 1} * kPlane>;
   struct Recent {
     std::int32_t x = -1, y = 0, z = 0;
     std::uint32_t number = 0;
@@ -65,9 +62,9 @@ class ReferenceField {
       const std::array<std::int32_t, 3> brick{place[0] >> kBrickBits, place[1] >> kBrickBits,
                                               place[2] >> kBrickBits};
       if (brick != brick_) look(brick);
-      if (distances_ == nullptr) return CornerValues::unknown();
+      if (nodes_ == nullptr) return CornerValues::unknown();
       constexpr std::int32_t kInBrick = kSide - 1;
-      return CornerValues::load<kRow, kPlane>(distances_ + (place[2] >> kPositionBits & kInBrick) * kPlane +
+      return CornerValues::load<kRow, kPlane>(nodes_ + (place[2] >> kPositionBits & kInBrick) * kPlane +
                                               (place[1] >> kPositionBits & kInBrick) * kRow +
                                               (place[0] >> kPositionBits & kInBrick) + kBefore);
     }
@@ -77,7 +74,7 @@ class ReferenceField {
 
     const ReferenceField& field_;
     std::array<std::int32_t, 3> brick_{-2, -2, -2};
-    const std::int16_t* distances_ = nullptr;
+    const std::int32_t* nodes_ = nullptr;
   };
 };
 
