@@ -148,9 +148,7 @@ inline CornerValues::Between CornerValues::slopesAt(const std::array<std::int32_
 
 inline CornerValues::CornerValues(const Array& values) : v_(values) {}
 inline CornerValues::Array CornerValues::values() const { return v_; }
-inline bool CornerValues::allKnown() const {
-  return std::find(v_.begin(), v_.end(), kUnknown) == v_.end();
-}
+inline bool CornerValues::allKnown() const { return std::find(v_.begin(), v_.end(), kUnknown) == v_.end(); }
 template <int Row, int Plane>
 CornerValues CornerValues::load(const std::int32_t* at) {
   const auto value = [&](int offset) { return static_cast<std::int16_t>((at[offset] & 0xFFFF) - 32768); };

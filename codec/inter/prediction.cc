@@ -14,30 +14,25 @@ constexpr std::int32_t kFlattest = 6554;
 
 /// The sign-changing edges of a configuration.
 struct Edges {
-  struct Edge {
-    std::uint8_t corner;  // the lower one
-    std::uint8_t axis;
-    std::int8_t rise;  // 1: from inside to outside
-  };
-  std::array<Edge, 12> edges{};
-  std::uint32_t count = 0;
-  std::int32_t part = 0;   // 65536 / count
-  std::uint32_t axes = 0;  // along which there are any, one bit each
+  // By axis, then whether they go from outside to inside: their lower corners, one bit each.
+  std::array<std::array<std::uint8_t, 2>, 3> from{};
+  std::int32_t part = 0;  // 65536 / their number
 };
 
 constexpr auto kEdges = [] {
   std::array<Edges, 256> table{};
   for (std::uint32_t c = 0; c < 256; ++c) {
-    for (std::uint8_t corner = 0; corner < 8; ++corner) {
-      for (std::uint8_t axis = 0; axis < 3; ++axis) {
+    std::int32_t count = 0;
+    for (std::uint32_t corner = 0; corner < 8; ++corner) {
+      for (std::uint32_t axis = 0; axis < 3; ++axis) {
         const std::uint32_t other = corner | 1u << axis;
         if (other == corner || ((c >> corner ^ c >> other) & 1) == 0) continue;
-        table[c].edges[table[c].count++] = {corner, axis,
-                                            static_cast<std::int8_t>((c >> corner & 1) != 0 ? 1 : -1)};
-        table[c].axes |= 1u << axis;
+        std::uint8_t& from = table[c].from[axis][(c >> corner & 1) == 0];
+        from = static_cast<std::uint8_t>(from | 1u << corner);
+        ++count;
       }
     }
-    if (table[c].count > 0) table[c].part = 65536 / static_cast<std::int32_t>(table[c].count);
+    if (count > 0) table[c].part = 65536 / count;
   }
   return table;
 }();
@@ -101,17 +96,17 @@ MovedPlane planeInCell(ReferenceField::Cursor& field, const Cell& cell,
   // Where it crosses the edges whose ends differ in sign.
   std::array<std::int32_t, 3> shift{};
   const Edges& edges = kEdges[cell.corners];
-  std::array<std::int64_t, 3> inverse{};
   for (std::size_t k = 0; k < 3; ++k) {
-    if (edges.axes >> k & 1 && plane.slope[k] != 0)
-      inverse[k] = (std::int64_t{1} << 28) / std::abs(plane.slope[k]);
-  }
-  for (std::uint32_t i = 0; i < edges.count; ++i) {
-    const Edges::Edge& edge = edges.edges[i];
-    if (plane.slope[edge.axis] * edge.rise <= 0) continue;
-    const std::int64_t place =
-        (std::int64_t{-at_corner[edge.corner] * edge.rise} * inverse[edge.axis]) >> kPositionBits;
-    shift[edge.axis] += static_cast<std::int32_t>(std::clamp<std::int64_t>(place, 0, kCell)) - kCell / 2;
+    const std::int32_t slope = plane.slope[k];
+    // Those along this axis that it rises or falls along as the signs do.
+    std::uint32_t left = edges.from[k][slope < 0];
+    if (left == 0 || slope == 0) continue;
+    const std::int64_t inverse = (slope < 0 ? -1 : 1) * ((1 << 28) / std::abs(slope));
+    for (; left != 0; left &= left - 1) {
+      const std::int64_t place =
+          (-at_corner[static_cast<std::size_t>(std::countr_zero(left))] * inverse) >> kPositionBits;
+      shift[k] += static_cast<std::int32_t>(std::clamp<std::int64_t>(place, 0, kCell)) - kCell / 2;
+    }
   }
   for (std::size_t t = 0; t < 2; ++t) {
     const auto& tangent = t == 0 ? frame.tangent1 : frame.tangent2;

@@ -29,10 +29,10 @@ class ReferenceField {
   void build(std::span<const ReferencePlane> planes);
 
  private:
-  // 17×17×17 nodes: neighbouring bricks share those of their faces, so that the eight nodes of any cell are in
-  // one. Rows have room on both sides, since the build writes four nodes at a time. A node is a number whose
-  // high half is the squared distance of the nearest vertex, 1/4096 of a cell squared, and whose low half
-  // is the plane's distance + 32768: the least is the nearest.
+  // 17×17×17 nodes: neighbouring bricks share those of their faces, so that the eight nodes of any cell are
+  // in one. Rows have room on both sides, since the build writes four nodes at a time. A node is a number
+  // whose high half is the squared distance of the nearest vertex, 1/4096 of a cell squared, and whose low
+  // half is the plane's distance + 32768: the least is the nearest.
   static constexpr int kSideLog2 = 4;
   static constexpr std::int32_t kSide = 1 << kSideLog2;
   static constexpr std::int32_t kBefore = 2, kRow = kBefore + kSide + 4, kPlane = (kSide + 1) * kRow;
