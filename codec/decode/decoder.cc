@@ -167,9 +167,24 @@ struct Decoder::State {
 };
 
 Decoder::Decoder() : state_(std::make_unique<State>()) {}
+Decoder::Decoder(const Decoder& other) : Decoder() { *this = other; }
+Decoder& Decoder::operator=(const Decoder& other) {
+  if (this == &other) return *this;
+  if (!state_) state_ = std::make_unique<State>();
+  state_->models = other.state_->models;
+  state_->configuration = other.state_->configuration;
+  state_->last = other.state_->last;
+  state_->reference = other.state_->reference;
+  return *this;  // the index is rebuilt by each packet
+}
 Decoder::Decoder(Decoder&&) noexcept = default;
 Decoder& Decoder::operator=(Decoder&&) noexcept = default;
 Decoder::~Decoder() = default;
+
+std::uint64_t Decoder::bytes(std::uint64_t vertices) const {
+  return sizeof(State) + state_->models.signs.signs.bytes() + state_->models.vertices.bytes() + 40 * vertices;
+}
+std::uint64_t Decoder::bytes() const { return bytes(0) + state_->reference.bytes(); }
 
 Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
   ISOREEL_ASSIGN(const Payload payload, Payload::open(packet, options));

@@ -35,6 +35,8 @@ class Reference {
 
   std::uint32_t size() const { return static_cast<std::uint32_t>(samples_.size()); }
   const CellIndex& index() const { return index_; }
+  /// Memory beyond the object itself.
+  std::uint64_t bytes() const { return samples_.capacity() * sizeof(Sample) + index_.bytes(); }
   /// For the encoder's search, in cells.
   std::array<float, 3> position(std::uint32_t i) const { return scaled(samples_[i].position, kCell); }
   std::array<float, 3> normal(std::uint32_t i) const { return scaled(samples_[i].normal, 4096); }

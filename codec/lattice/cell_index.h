@@ -45,6 +45,8 @@ class CellIndex {
     return place(bricks_[number], bit(x, y, z));
   }
   const std::vector<Brick>& bricks() const { return bricks_; }
+  /// Memory beyond the object itself.
+  std::uint64_t bytes() const { return bricks_.capacity() * sizeof(Brick) + map_.bytes(); }
   /// Number of the brick at brick coordinates, or BrickMap::kNone.
   std::uint32_t brickAt(std::int32_t x, std::int32_t y, std::int32_t z) const { return map_.find(x, y, z); }
 

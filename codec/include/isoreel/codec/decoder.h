@@ -19,14 +19,18 @@ struct DecodeOptions {
   /// Refuse packets that say they hold more. A surface takes about 60 bytes a vertex while it is
   /// decoded, 120 where P packets may follow.
   std::uint32_t max_vertices = 1u << 27;
+
+  bool operator==(const DecodeOptions&) const = default;
 };
 
 /// Turns packets into surfaces. Integer throughout: the same surface on every machine. Safe for untrusted
 /// input: it fails, or gives some surface, but neither crashes nor takes memory out of proportion to the
-/// packet's size. One decoder per thread.
+/// packet's size. One decoder per thread. A copy goes on from the same packet.
 class Decoder {
  public:
   Decoder();
+  Decoder(const Decoder&);
+  Decoder& operator=(const Decoder&);
   Decoder(Decoder&&) noexcept;
   Decoder& operator=(Decoder&&) noexcept;
   ~Decoder();
@@ -36,6 +40,11 @@ class Decoder {
   /// is broken, a CRC or the surface hash does not agree), kTruncated, kUnsupported (a newer version, profile
   /// or tool). The full surface is checked against the packet's hash.
   Result<Surface> decode(ByteSpan packet, const DecodeOptions& options = {});
+
+  /// Memory that a copy takes, about half a megabyte and 40 bytes for each vertex where P packets may follow;
+  /// and what it will be, about, after a packet of so many vertices.
+  std::uint64_t bytes() const;
+  std::uint64_t bytes(std::uint64_t vertices) const;
 
  private:
   struct State;
