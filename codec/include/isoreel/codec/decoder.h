@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <isoreel/codec/cell.h>
 #include <isoreel/codec/packet_header.h>
 #include <isoreel/codec/surface.h>
 
@@ -40,6 +41,10 @@ class Decoder {
   /// is broken, a CRC or the surface hash does not agree), kTruncated, kUnsupported (a newer version, profile
   /// or tool). The full surface is checked against the packet's hash.
   Result<Surface> decode(ByteSpan packet, const DecodeOptions& options = {});
+
+  /// Of the full surface decoded last: the cell that each vertex lies in, with its signs. Empty when there is none,
+  /// as after a coarser level alone or an error. Stays good until the next decode().
+  const std::vector<Cell>& cells() const;
 
   /// Memory that a copy takes, about half a megabyte and 40 bytes for each vertex where P packets may follow;
   /// and what it will be, about, after a packet of so many vertices.
