@@ -22,6 +22,8 @@ void addInfoCommand(CLI::App& app, Action& chosen);
 void addVerifyCommand(CLI::App& app, Action& chosen);
 void addCompareCommand(CLI::App& app, Action& chosen);
 void addRenderCommand(CLI::App& app, Action& chosen);
+void addTrimCommand(CLI::App& app, Action& chosen);
+void addConcatCommand(CLI::App& app, Action& chosen);
 void addDemoCommand(CLI::App& app, Action& chosen);
 
 /// Runs a command line as `main` would ("encode", "-o", …), for the demo. Returns its exit code.

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "command.h"
+#include "frame_range.h"
 #include "gop.h"
 #include "input.h"
 #include "options.h"
@@ -42,7 +43,7 @@ class ChosenFrames {
     if (source->seekable()) {
       ISOREEL_ASSIGN(result.reader_, Reader::open(std::move(source)));
       warnOfDamage(result.reader_->info(), options.input);
-      result.range_ = parseFrames(options.frames, result.reader_->frameCount());
+      result.range_ = parseFrames(options.frames, timelineOf(*result.reader_, result.reader_->info().time_base));
       result.total_ = result.range_.size();
       result.next_ = result.range_.begin;
       if (result.range_.size() > 0) {
@@ -51,7 +52,7 @@ class ChosenFrames {
       }
     } else {
       ISOREEL_ASSIGN(result.stream_, StreamReader::open(std::move(source)));
-      result.range_ = parseFrames(options.frames, kUnknownEnd);
+      result.range_ = parseFrames(options.frames, {.count = kUnknownEnd, .base = {}, .time = {}});
       if (result.range_.end != kUnknownEnd) result.total_ = result.range_.size();
     }
     return result;
@@ -240,8 +241,7 @@ void addDecodeCommand(CLI::App& app, Action& chosen) {
                   ".vtp gets an index with its times for ParaView: out/splash_%05d.vtp makes "
                   "out/splash.pvd, out/%05d.vtp out/frames.pvd",
                   fmt::join(io::meshExtensions(), " ")));
-  verb->add_option("--frames", options->frames,
-                   "Only the frames A:B (half-open), A:, :B or A (default: all)");
+  verb->add_option("--frames", options->frames, kFramesHelp);
   verb->add_option(
       "--level", options->level,
       "Coarser surface: octree level from the root (0), or from the finest (-1: cells twice as large)");

@@ -10,10 +10,12 @@
 #include <nlohmann/json.hpp>
 
 #include "command.h"
+#include "frame_range.h"
 #include "options.h"
 #include "output.h"
 #include "parallel.h"
 #include "progress.h"
+#include "shards.h"
 #include "volume_input.h"
 
 namespace isoreel::cli {
@@ -92,8 +94,8 @@ FrameTimes frameTimes(const EncodeOptions& options, const io::VolumeSequence& vo
   return times ? *times : constantRate("25", frames);
 }
 
-std::string tagsJson(const EncodeOptions& options) {
-  nlohmann::ordered_json tags;
+std::string tagsJson(const EncodeOptions& options, const std::optional<Shard>& shard) {
+  Json tags;
   tags["software"] = "isoreel " ISOREEL_VERSION;
   std::vector<std::string> names;
   for (const std::string& path : options.volumes.paths)
@@ -107,7 +109,8 @@ std::string tagsJson(const EncodeOptions& options) {
       throw CLI::ValidationError("--tag", fmt::format("'{}' is not KEY=VALUE", tag));
     tags[tag.substr(0, equals)] = tag.substr(equals + 1);
   }
-  return tags.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  if (shard) tags["shard"] = shardTag(*shard);
+  return dumped(tags);
 }
 
 struct Totals {
@@ -185,12 +188,17 @@ Status encode(const EncodeOptions& options) {
   if (options.output.empty()) throw CLI::ValidationError("--output", "is empty");
   ISOREEL_TRY(mayStart(options));
   const std::uint32_t step = stepUnits(options.step);
-  const std::string tags = tagsJson(options);
   ISOREEL_ASSIGN(const std::unique_ptr<io::VolumeSequence> volumes,
                  io::openVolumes(options.volumes.paths, options.volumes.options));
   const std::vector<double> isovalues = frameIsovalues(options, *volumes);
   const FrameTimes times = frameTimes(options, *volumes, isovalues.size());
-  const FrameRange range = parseFrames(options.frames, isovalues.size());
+  const FrameRange range = parseFrames(
+      options.frames, {isovalues.size(), times.base,
+                       [&](std::uint64_t frame) { return times.times[static_cast<std::size_t>(frame)]; }});
+
+  std::optional<Shard> shard;
+  if (range.size() < isovalues.size()) shard = Shard{range.begin, range.end, isovalues.size(), options.gop};
+  const std::string tags = tagsJson(options, shard);
 
   EncoderSettings settings;
   settings.configuration.inside =
@@ -229,18 +237,18 @@ Status encode(const EncodeOptions& options) {
   const auto encodeFrame = [&](Encoder& encoder, std::size_t frame) -> Result<EncodeItem::Frame> {
     const std::size_t index = volumes->size() == 1 ? 0 : frame;
     ISOREEL_ASSIGN(const std::shared_ptr<const Volume> volume, volumeAt(index));
-    const FrameTiming timing{frame - range.begin, times.times[frame], times.durations[frame],
-                             isovalues[frame]};
+    const FrameTiming timing{frame, times.times[frame], times.durations[frame], isovalues[frame]};
     EncodeItem::Frame result;
     Result<Packet> packet = encoder.encode(*volume, timing, &result.sizes);
     if (!packet) return packet.status().at(volumes->name(index));
     result.packet = *std::move(packet);
+    result.packet.header.number -= range.begin;  // packets keep the number that a whole encode gives them
     return result;
   };
-  // GOPs are closed: each has an encoder of its own.
+  // GOPs are closed: each has an encoder of its own. They begin where those of a whole encode do.
   const auto begin = [&](EncodeItem& item) -> Result<bool> {
     item.begin = next;
-    item.end = next = std::min<std::uint64_t>(next + options.gop, range.end);
+    item.end = next = std::min<std::uint64_t>(next - next % options.gop + options.gop, range.end);
     return item.begin < item.end;
   };
   const auto work = [&](EncodeItem& item) -> Status {
@@ -330,8 +338,7 @@ void addEncodeCommand(CLI::App& app, Action& chosen) {
           ->default_str("25");
   verb->add_option("--times", options->times, "File with the time of each frame in seconds, one a line")
       ->excludes(fps);
-  verb->add_option("--frames", options->frames,
-                   "Only the frames A:B (half-open), A:, :B or A (default: all)");
+  verb->add_option("--frames", options->frames, kFramesHelp);
   verb->add_option("--tag", options->tags, "Metadata KEY=VALUE; may be repeated")
       ->take_all()
       ->default_str("");

@@ -35,13 +35,13 @@ Vec3d corner(const Grid& grid, const std::array<std::uint32_t, 3>& position) {
       Vec3d{position[0] / double{kCell}, position[1] / double{kCell}, position[2] / double{kCell}});
 }
 
-Json frameJson(const FrameHeader& h, const Configuration& c) {
+Json frameJson(const FrameHeader& h, const Configuration& c, TimeBase base) {
   static constexpr std::array<const char*, 3> kKinds{"none", "extracted", "volume"};
   Json box = nullptr;
   if (h.faces > 0) box = {{"min", corner(c.grid, h.box_min)}, {"max", corner(c.grid, h.box_max)}};
   return {{"number", h.number},
-          {"time", c.time_base.seconds(h.time)},
-          {"duration", c.time_base.seconds(h.duration)},
+          {"time", base.seconds(h.time)},
+          {"duration", base.seconds(h.duration)},
           {"type", typeName(h.type)},
           {"key", h.key},
           {"isovalue", h.isovalue},
@@ -101,8 +101,8 @@ Json fileJson(const Input& input) {
   if (packets.frameCount() > 0) {
     const FrameHeader &first = packets.header(0), &last = packets.header(packets.frameCount() - 1);
     // Subtracted as seconds: ticks of a hostile file may overflow.
-    seconds =
-        c.time_base.seconds(last.time) + c.time_base.seconds(last.duration) - c.time_base.seconds(first.time);
+    const TimeBase base = input.info.time_base;
+    seconds = base.seconds(last.time) + base.seconds(last.duration) - base.seconds(first.time);
   }
   return {{"version", input.info.version},
           {"minor", input.info.minor},
@@ -115,7 +115,7 @@ Json fileJson(const Input& input) {
           {"profile", c.profile == Profile::kClassic ? "classic" : "main"},
           {"inside", c.inside == Inside::kBelow ? "below" : "above"},
           {"step", c.step / double{kCell}},
-          {"time_base", {c.time_base.numerator, c.time_base.denominator}},
+          {"time_base", {input.info.time_base.numerator, input.info.time_base.denominator}},
           {"grid",
            {{"nodes", c.grid.nodes},
             {"origin", c.grid.origin},
@@ -135,8 +135,8 @@ void printFile(const std::string& path, const Json& file, const Input& input) {
                   : file["bytes"].dump() + " bytes" +
                         (input.info.indexed ? "" : " (no seek index: unfinished, or cut)"));
   fmt::print("  frames   {} in {:.6g} s (time base {}/{})\n", file["frames"].dump(),
-             file["seconds"].get<double>(), input.configuration.time_base.numerator,
-             input.configuration.time_base.denominator);
+             file["seconds"].get<double>(), input.info.time_base.numerator,
+             input.info.time_base.denominator);
   fmt::print("  grid     {} x {} x {} nodes, spacing {:.6g} {:.6g} {:.6g}, octree levels 0 to {}\n",
              grid.nodes[0], grid.nodes[1], grid.nodes[2], grid.spacing[0], grid.spacing[1], grid.spacing[2],
              octreeDepth(grid));
@@ -157,7 +157,7 @@ void printFrames(const Input& input) {
     const FrameHeader& h = input.packets->header(i);
     fmt::print(
         "{:6}  {:10.4f}  {:>4}  {:8.4g}  {:10}  {:10}  {:10.4g}  {:10.4g}  {:5}  {:5}  {:9.4f}  {:6.4f}\n",
-        h.number, input.configuration.time_base.seconds(h.time), typeName(h.type), h.isovalue, h.vertices,
+        h.number, input.info.time_base.seconds(h.time), typeName(h.type), h.isovalue, h.vertices,
         h.faces, h.area, h.volume, h.components, h.euler, h.error_rms, h.error_max);
   }
 }
@@ -168,7 +168,7 @@ Status info(const InfoOptions& options) {
   if (options.frames) {
     file["frame_list"] = Json::array();
     for (std::uint64_t i = 0; i < input.packets->frameCount(); ++i)
-      file["frame_list"].push_back(frameJson(input.packets->header(i), input.configuration));
+      file["frame_list"].push_back(frameJson(input.packets->header(i), input.configuration, input.info.time_base));
   }
   if (options.packets) {
     file["packet_list"] = Json::array();

@@ -53,6 +53,7 @@ Result<Input> openUnnamed(const std::string& path) {
     record = header.configuration;
   }
   ISOREEL_ASSIGN(input.configuration, readConfiguration(record));
+  if (input.info.configuration.empty()) input.info.time_base = input.configuration.time_base;
   return input;
 }
 

@@ -62,6 +62,8 @@ int run(std::vector<std::string> arguments) {
   addVerifyCommand(app, chosen);
   addCompareCommand(app, chosen);
   addRenderCommand(app, chosen);
+  addTrimCommand(app, chosen);
+  addConcatCommand(app, chosen);
   addDemoCommand(app, chosen);
   try {
     std::reverse(arguments.begin(), arguments.end());  // CLI11 takes them last first

@@ -76,7 +76,7 @@ void addOptions(CLI::App& verb, RenderOptions& options) {
           "-o,--output", options.output,
           "PNG file: one frame's picture, a contact sheet of several, or with %05d one a frame; or .mp4")
       ->required();
-  verb.add_option("--frames", options.frames, "Only the frames A:B (half-open), A:, :B or A (default: all)");
+  verb.add_option("--frames", options.frames, kFramesHelp);
   verb.add_option("--size", options.size,
                   "WIDTHxHEIGHT in pixels, of each picture (default: 1280x960; in a contact sheet 480x360)");
   CLI::Option* camera = verb.add_option(

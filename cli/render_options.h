@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "frame_range.h"
 #include "options.h"
 #include "volume_input.h"
 

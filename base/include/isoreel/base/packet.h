@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 
 namespace isoreel {
 
@@ -28,6 +29,9 @@ struct TimeBase {
   double seconds(Ticks ticks) const {
     return static_cast<double>(ticks) * static_cast<double>(numerator) / static_cast<double>(denominator);
   }
+  /// The last tick at or before a time of `seconds`/`parts` seconds, exactly; `parts` above 0. What lies beyond
+  /// 63 bits becomes the nearest that does not.
+  std::int64_t tickAt(std::int64_t seconds, std::int64_t parts) const;
 };
 
 /// What `error_rms` and `error_max` of a frame header were measured against.
@@ -106,5 +110,8 @@ class PacketSource {
   /// The packet's bytes, checked against the container's checksums.
   virtual Result<Bytes> packet(std::uint64_t position) = 0;
 };
+
+/// The frame that is shown at `time`, in ticks: the last that begins at it or before; nothing before the first.
+std::optional<std::uint64_t> frameAt(const PacketSource& source, std::int64_t time);
 
 }  // namespace isoreel
