@@ -35,7 +35,10 @@ Vec3d corner(const Grid& grid, const std::array<std::uint32_t, 3>& position) {
       Vec3d{position[0] / double{kCell}, position[1] / double{kCell}, position[2] / double{kCell}});
 }
 
-Json frameJson(const FrameHeader& h, const Configuration& c) {
+Json frameJson(const PacketSource& packets, std::uint64_t frame, const Configuration& c) {
+  const FrameHeader& h = packets.header(frame);
+  Json key = nullptr;  // a packet on the way to it is lost
+  if (const auto entry = keyEntry(packets, frame); entry.ok()) key = packets.entryHeader(*entry).number;
   static constexpr std::array<const char*, 3> kKinds{"none", "extracted", "volume"};
   Json box = nullptr;
   if (h.faces > 0) box = {{"min", corner(c.grid, h.box_min)}, {"max", corner(c.grid, h.box_max)}};
@@ -43,7 +46,7 @@ Json frameJson(const FrameHeader& h, const Configuration& c) {
           {"time", c.time_base.seconds(h.time)},
           {"duration", c.time_base.seconds(h.duration)},
           {"type", typeName(h.type)},
-          {"key", h.key},
+          {"key", key},
           {"isovalue", h.isovalue},
           {"vertices", h.vertices},
           {"faces", h.faces},
@@ -168,7 +171,7 @@ Status info(const InfoOptions& options) {
   if (options.frames) {
     file["frame_list"] = Json::array();
     for (std::uint64_t i = 0; i < input.packets->frameCount(); ++i)
-      file["frame_list"].push_back(frameJson(input.packets->header(i), input.configuration));
+      file["frame_list"].push_back(frameJson(*input.packets, i, input.configuration));
   }
   if (options.packets) {
     file["packet_list"] = Json::array();

@@ -8,30 +8,28 @@ Result<Surface> Player::frame(std::uint64_t position, const DecodeOptions& optio
     return {ErrorCode::kNotFound,
             "no frame " + std::to_string(position) + ": the sequence has " + std::to_string(frameCount())};
   }
-  const FrameHeader& wanted = source_.header(position);
-  const std::uint64_t back = wanted.number - wanted.key;
-  if (back > position || source_.header(position - back).number != wanted.key) {
-    return {ErrorCode::kNotFound, "frame " + std::to_string(wanted.number) + ": its key, frame " +
-                                      std::to_string(wanted.key) + ", is not there"};
-  }
-  std::uint64_t next = position - back;
-  if (last_ && *last_ >= next && *last_ < position) next = *last_ + 1;
+  const std::uint64_t wanted = source_.entryOf(position);
+  ISOREEL_ASSIGN(std::uint64_t next, keyEntry(source_, position));
+  if (last_ && *last_ >= next && *last_ < wanted) next = *last_ + 1;
   DecodeOptions whole;
   whole.max_vertices = options.max_vertices;
-  for (; next < position; ++next) {
+  for (; next < wanted; ++next) {
     const Result<Surface> before = decode(next, whole);
-    if (!before.ok()) return before.status().at("frame " + std::to_string(wanted.number) + " needs");
+    if (!before.ok())
+      return before.status().at("frame " + std::to_string(source_.header(position).number) + " needs");
   }
-  return decode(position, options);
+  return decode(wanted, options);
 }
 
-Result<Surface> Player::decode(std::uint64_t position, const DecodeOptions& options) {
+Result<Surface> Player::decode(std::uint64_t entry, const DecodeOptions& options) {
   last_.reset();
-  const std::string place = "frame " + std::to_string(source_.header(position).number);
-  Result<Bytes> packet = source_.packet(position);
+  const FrameHeader& header = source_.entryHeader(entry);
+  const std::string place =
+      (header.hidden() ? "the hidden packet before frame " : "frame ") + std::to_string(header.number);
+  Result<Bytes> packet = source_.entryPacket(entry);
   if (!packet) return packet.status();
   Result<Surface> surface = decoder_.decode(*packet, options).at(place);
-  if (surface.ok() && !options.allow_prefix) last_ = position;
+  if (surface.ok() && !options.allow_prefix) last_ = entry;
   return surface;
 }
 

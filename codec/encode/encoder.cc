@@ -127,7 +127,8 @@ Result<Packet> Encoder::encode(const Volume& volume, const FrameTiming& timing, 
 
   FrameHeader& facts = packet.header;
   facts.number = timing.number;
-  facts.key = state.key;
+  facts.position = timing.number;
+  facts.back = timing.number - state.key;
   facts.type = header.type;
   facts.time = timing.time;
   facts.duration = timing.duration;

@@ -19,11 +19,11 @@ class Player {
   Result<Surface> frame(std::uint64_t position, const DecodeOptions& options = {});
 
  private:
-  Result<Surface> decode(std::uint64_t position, const DecodeOptions& options);
+  Result<Surface> decode(std::uint64_t entry, const DecodeOptions& options);
 
   PacketSource& source_;
   Decoder decoder_;
-  std::optional<std::uint64_t> last_;  // position of what the decoder can go on from
+  std::optional<std::uint64_t> last_;  // entry of what the decoder can go on from
 };
 
 }  // namespace isoreel
