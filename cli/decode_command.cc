@@ -45,14 +45,18 @@ class ChosenFrames {
       warnOfDamage(result.reader_->info(), options.input);
       result.range_ = parseFrames(options.frames, timelineOf(*result.reader_, result.reader_->info().time_base));
       result.total_ = result.range_.size();
-      result.next_ = result.range_.begin;
       if (result.range_.size() > 0) {
-        const FrameHeader& first = result.reader_->header(result.range_.begin);
-        result.next_ -= std::min(first.number - first.key, result.next_);
+        const Reader& reader = *result.reader_;
+        const std::uint64_t first = reader.entryOf(result.range_.begin);
+        const Result<std::uint64_t> key = keyEntry(reader, result.range_.begin);
+        result.next_ = key.ok() ? *key : first;  // the decoder says what is missing
+        result.end_ = reader.entryOf(result.range_.end - 1) + 1;
+        result.first_number_ = reader.header(result.range_.begin).number;
       }
     } else {
       ISOREEL_ASSIGN(result.stream_, StreamReader::open(std::move(source)));
       result.range_ = parseFrames(options.frames, {.count = kUnknownEnd, .base = {}, .time = {}});
+      result.first_number_ = result.range_.begin;
       if (result.range_.end != kUnknownEnd) result.total_ = result.range_.size();
     }
     return result;
@@ -67,14 +71,14 @@ class ChosenFrames {
   }
 
   /// Whether a frame is one of the chosen, and not only needed by them.
-  bool chosen(std::uint64_t number) const { return number >= range_.begin; }
+  bool chosen(const FrameHeader& header) const { return !header.hidden() && header.number >= first_number_; }
 
   /// False when there are no more.
   Result<bool> next(Packet& packet) {
     if (reader_) {
-      if (next_ >= range_.end) return false;
-      packet.header = reader_->header(next_);
-      ISOREEL_ASSIGN(packet.data, reader_->packet(next_++));
+      if (next_ >= end_) return false;
+      packet.header = reader_->entryHeader(next_);
+      ISOREEL_ASSIGN(packet.data, reader_->entryPacket(next_++));
       return true;
     }
     for (;;) {
@@ -86,7 +90,7 @@ class ChosenFrames {
                             counted(next_, "frame"))};
       }
       if (!read) return false;
-      ++next_;
+      if (!read->header.hidden()) ++next_;
       packet = *std::move(read);
       return true;
     }
@@ -98,7 +102,8 @@ class ChosenFrames {
   std::unique_ptr<Reader> reader_;
   std::unique_ptr<StreamReader> stream_;
   FrameRange range_;
-  std::uint64_t next_ = 0;
+  std::uint64_t next_ = 0, end_ = 0;  // of a file, entries; of a pipe, frames that came
+  std::uint64_t first_number_ = 0;    // of those chosen
   std::optional<std::uint64_t> total_;
 };
 
@@ -186,7 +191,7 @@ Status decode(const DecodeCommandOptions& options) {
       Result<Surface> surface =
           decoders.local().decode(packet.data, codecOptions(options, item.gop.packets.front().data));
       if (!surface) return surface.status().at(fmt::format("{}: frame {}", options.input, header.number));
-      if (!frames->chosen(header.number)) continue;
+      if (!frames->chosen(header)) continue;
       DecodeItem::Written written{header, {}, surface->vertices.size(), surface->quads.size()};
       if (!options.discard) {
         written.path = frameName(options.output, header.number);

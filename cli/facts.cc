@@ -61,7 +61,7 @@ inspect::Chart chartOfFacts(const Input& input, const std::string& title) {
   }
 
   ChartRow bytes = rowOf(packets, "Bytes of a frame", ChartRow::Style::kBars,
-                         [&](const FrameHeader&, std::uint64_t i) { return packets.packetBytes(i); });
+                         [&](const FrameHeader&, std::uint64_t i) { return packets.entryBytes(packets.entryOf(i)); });
   bytes.kind_names = {"I frames", "P frames"};
   for (std::uint64_t i = 0; i < packets.frameCount(); ++i)
     bytes.kinds.push_back(packets.header(i).type == PacketType::kPredicted);

@@ -35,7 +35,13 @@ Vec3d corner(const Grid& grid, const std::array<std::uint32_t, 3>& position) {
       Vec3d{position[0] / double{kCell}, position[1] / double{kCell}, position[2] / double{kCell}});
 }
 
-Json frameJson(const FrameHeader& h, const Configuration& c, TimeBase base) {
+Json frameJson(const Input& input, std::uint64_t frame) {
+  const PacketSource& packets = *input.packets;
+  const Configuration& c = input.configuration;
+  const TimeBase base = input.info.time_base;
+  const FrameHeader& h = packets.header(frame);
+  Json key = nullptr;  // a packet on the way to it is lost
+  if (const auto entry = keyEntry(packets, frame); entry.ok()) key = packets.entryHeader(*entry).number;
   static constexpr std::array<const char*, 3> kKinds{"none", "extracted", "volume"};
   Json box = nullptr;
   if (h.faces > 0) box = {{"min", corner(c.grid, h.box_min)}, {"max", corner(c.grid, h.box_max)}};
@@ -43,7 +49,7 @@ Json frameJson(const FrameHeader& h, const Configuration& c, TimeBase base) {
           {"time", base.seconds(h.time)},
           {"duration", base.seconds(h.duration)},
           {"type", typeName(h.type)},
-          {"key", h.key},
+          {"key", key},
           {"isovalue", h.isovalue},
           {"vertices", h.vertices},
           {"faces", h.faces},
@@ -168,7 +174,7 @@ Status info(const InfoOptions& options) {
   if (options.frames) {
     file["frame_list"] = Json::array();
     for (std::uint64_t i = 0; i < input.packets->frameCount(); ++i)
-      file["frame_list"].push_back(frameJson(input.packets->header(i), input.configuration, input.info.time_base));
+      file["frame_list"].push_back(frameJson(input, i));
   }
   if (options.packets) {
     file["packet_list"] = Json::array();

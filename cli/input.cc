@@ -11,13 +11,22 @@ namespace {
 
 class PacketsInMemory final : public PacketSource {
  public:
-  explicit PacketsInMemory(std::vector<Packet> packets) : packets_(std::move(packets)) {}
-  std::uint64_t frameCount() const override { return packets_.size(); }
-  const FrameHeader& header(std::uint64_t position) const override { return packets_[position].header; }
-  Result<Bytes> packet(std::uint64_t position) override { return packets_[position].data; }
+  explicit PacketsInMemory(std::vector<Packet> packets) : packets_(std::move(packets)) {
+    for (std::uint64_t i = 0; i < packets_.size(); ++i) {
+      if (!packets_[i].header.hidden()) shown_.push_back(i);
+    }
+  }
+  std::uint64_t frameCount() const override { return shown_.size(); }
+  const FrameHeader& header(std::uint64_t frame) const override { return packets_[shown_[frame]].header; }
+  Result<Bytes> packet(std::uint64_t frame) override { return packets_[shown_[frame]].data; }
+  std::uint64_t entryCount() const override { return packets_.size(); }
+  std::uint64_t entryOf(std::uint64_t frame) const override { return shown_[frame]; }
+  const FrameHeader& entryHeader(std::uint64_t entry) const override { return packets_[entry].header; }
+  Result<Bytes> entryPacket(std::uint64_t entry) override { return packets_[entry].data; }
 
  private:
   std::vector<Packet> packets_;
+  std::vector<std::uint64_t> shown_;
 };
 
 Result<Input> openUnnamed(const std::string& path) {

@@ -30,8 +30,7 @@ Status checkFrame(Decoder& decoder, const Packet& packet, const Configuration& t
     return Status(ErrorCode::kBadData,
                   fmt::format("{} of the frame header is not that of the packet (spec container 4.1)", what));
   };
-  if (head.number != header.number) return differs("the number");
-  if (head.time != header.time || head.duration != header.duration) return differs("the time");
+  // Number and time of the packet are those it was coded with: a cut or a join gives the frame others.
   if (head.type != header.type) return differs("the type");
   if (head.isovalue != header.isovalue) return differs("the isovalue");
   if (head.vertices != header.vertices || head.faces != header.faces) return differs("a count");
@@ -122,9 +121,9 @@ void verifyRest(const VerifyOptions& options, Findings& findings) {
   if (!input || input->info.bytes == 0) return;
   for (const std::string& line : input->info.damage) findings.add({ErrorCode::kBadData, line});
   Decoder decoder;
-  for (std::uint64_t i = findings.frames; i < input->packets->frameCount() && !interrupted; ++i) {
-    Packet packet{input->packets->header(i), {}};
-    Result<Bytes> data = input->packets->packet(i);
+  for (std::uint64_t i = findings.frames; i < input->packets->entryCount() && !interrupted; ++i) {
+    Packet packet{input->packets->entryHeader(i), {}};
+    Result<Bytes> data = input->packets->entryPacket(i);
     findings.add(data.status());
     if (!data) continue;
     packet.data = *std::move(data);
@@ -140,18 +139,18 @@ Status verifyIndex(const VerifyOptions& options, const std::vector<FrameHeader>&
   ISOREEL_ASSIGN(const std::unique_ptr<Reader> reader, Reader::open(std::move(source)));
   if (!reader->info().indexed)
     return {ErrorCode::kBadData, "no seek index: the file was not finished, or is cut (spec container 6)"};
-  if (reader->frameCount() != headers.size()) {
-    return {ErrorCode::kBadData, fmt::format("the seek index lists {} frames, the file holds {}",
-                                             reader->frameCount(), headers.size())};
+  if (reader->entryCount() != headers.size()) {
+    return {ErrorCode::kBadData, fmt::format("the seek index lists {} packets, the file holds {}",
+                                             reader->entryCount(), headers.size())};
   }
-  for (std::uint64_t i = 0; i < reader->frameCount(); ++i) {
+  for (std::uint64_t i = 0; i < reader->entryCount(); ++i) {
     Bytes indexed, stored;
-    ISOREEL_TRY(writeSyntax(indexed, reader->header(i)));
+    ISOREEL_TRY(writeSyntax(indexed, reader->entryHeader(i)));
     ISOREEL_TRY(writeSyntax(stored, headers[i]));
     if (indexed != stored)
       return {ErrorCode::kBadData,
               fmt::format("the seek index does not agree with the header of frame {}", i)};
-    ISOREEL_TRY(reader->packet(i).status());
+    ISOREEL_TRY(reader->entryPacket(i).status());
   }
   return {};
 }

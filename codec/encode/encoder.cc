@@ -162,7 +162,8 @@ Result<Packet> Encoder::State::code(const SignBitmap& bitmap, std::span<const Ce
 
   FrameHeader& facts = packet.header;
   facts.number = timing.number;
-  facts.key = key;
+  facts.position = timing.number;
+  facts.back = timing.number - key;
   facts.type = header.type;
   facts.time = timing.time;
   facts.duration = timing.duration;

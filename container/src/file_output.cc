@@ -60,6 +60,25 @@ Result<std::unique_ptr<FileOutput>> FileOutput::create(const std::filesystem::pa
   return output;
 }
 
+Result<std::unique_ptr<FileOutput>> FileOutput::extend(const std::filesystem::path& path) {
+  const int file = open(path.c_str(), O_RDWR | O_CLOEXEC);
+  if (file < 0) return ioError(path, "cannot open for writing: " + reason(errno));
+  std::unique_ptr<FileOutput> output(new FileOutput(path, path, file, false));
+  struct stat facts {};
+  if (fstat(file, &facts) != 0 || !S_ISREG(facts.st_mode)) return ioError(path, "is not a file");
+  if (flock(file, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+    return ioError(path, "another writer is at work on it");
+  }
+  output->start_ = output->bytes_ = static_cast<std::uint64_t>(facts.st_size);
+  return output;
+}
+
+Status FileOutput::keepFirst(std::uint64_t bytes) {
+  if (bytes < bytes_ && ftruncate(file_, static_cast<off_t>(bytes)) != 0) return error("cut", errno);
+  start_ = bytes_ = bytes;
+  return {};
+}
+
 FileOutput::FileOutput(std::filesystem::path path, std::filesystem::path part, int file, bool overwrite)
     : path_(std::move(path)), part_(std::move(part)), overwrite_(overwrite), file_(file) {}
 
@@ -77,7 +96,8 @@ Status FileOutput::error(const char* doing, int number) const {
 
 Status FileOutput::append(ByteSpan bytes) {
   for (std::size_t done = 0; done < bytes.size();) {
-    const ssize_t put = ::write(file_, bytes.data() + done, bytes.size() - done);
+    const ssize_t put =
+        pwrite(file_, bytes.data() + done, bytes.size() - done, static_cast<off_t>(bytes_ + done));
     if (put < 0 && errno == EINTR) continue;
     if (put < 0) {
       const int number = errno;
@@ -92,8 +112,14 @@ Status FileOutput::append(ByteSpan bytes) {
   return {};
 }
 
+Status FileOutput::sync() { return fsync(file_) == 0 ? Status() : error("flush", errno); }
+
 Status FileOutput::commit() {
-  if (fsync(file_) != 0) return error("flush", errno);
+  ISOREEL_TRY(sync());
+  if (path_ == part_) {
+    release();
+    return {};
+  }
   ISOREEL_TRY(rename());
   const std::filesystem::path folder =
       path_.has_parent_path() ? path_.parent_path() : std::filesystem::path(".");
@@ -130,9 +156,14 @@ Status FileOutput::rename() const {
   return ioError(path_, "cannot rename " + part_.string() + " to it: " + reason(errno));
 }
 
-void FileOutput::remove() {
+void FileOutput::discard() {
   if (file_ < 0) return;
-  unlink(part_.c_str());
+  if (path_ != part_) {
+    unlink(part_.c_str());
+  } else {
+    // What stays if this fails is found by scan, as after a kill.
+    [[maybe_unused]] const int ignored = ftruncate(file_, static_cast<off_t>(start_));
+  }
   release();
 }
 

@@ -54,6 +54,7 @@ class Scanner {
       ISOREEL_TRY(window_.status());
       if (step.status.ok()) {
         closeGap(position);
+        contents_.end = step.next;
       } else if (!gap_start_) {
         gap_start_ = position;
         gap_reason_ = step.status.message();
@@ -61,12 +62,15 @@ class Scanner {
       position = step.next;
     }
     closeGap(size_);
-    if (!has_track_ && contents_.frames.empty()) {
+    if (contents_.tracks.empty()) {
       return {ErrorCode::kTruncated, "neither a track record nor a frame is whole (spec container 9.2)"};
     }
-    if (!has_track_) {
-      contents_.info.damage.emplace_back(
-          "no track record is whole: time base, track name and configuration are lost (spec container 5)");
+    for (const TrackContents& track : contents_.tracks) {
+      if (track.has_record) continue;
+      contents_.info.damage.push_back(
+          "track " + std::to_string(track.record.id) +
+          ": no record is whole: time base, name and configuration are lost (spec "
+          "container 5)");
     }
     return {};
   }
@@ -121,7 +125,10 @@ class Scanner {
   Status payload(std::uint64_t offset, const ChunkHeader& header, Bytes& kept) {
     std::uint64_t keep = 0;
     if (header.type == kFrameType) keep = kMaxFrameStart;
-    if (header.type == kTrackType || header.type == kTagsType) keep = header.length;
+    if (header.type == kTrackType || header.type == kTagsType || header.type == kChaptersType ||
+        header.type == kAttachmentType) {
+      keep = header.length;
+    }
     std::uint32_t crc = 0;
     for (std::uint64_t done = 0; done < header.length;) {
       const ByteSpan bytes = first(window_.at(offset + done, 1), header.length - done);
@@ -138,34 +145,53 @@ class Scanner {
   Status take(const ChunkHeader& header, std::uint64_t position, const Bytes& kept) {
     if (header.type == kFrameType) return frame(header, position, kept);
     if (header.type == kTrackType) return track(kept);
-    if (header.type != kTagsType) return {};
-    ISOREEL_ASSIGN(const Bytes tags, decompress(kept, kMaxTags));
-    contents_.info.tags.assign(tags.begin(), tags.end());
+    if (header.type == kAttachmentType) return attachment(header, position, kept);
+    if (header.type == kTagsType) {
+      ISOREEL_ASSIGN(const Bytes tags, decompress(kept, kMaxTags));
+      contents_.info.tags.assign(tags.begin(), tags.end());
+    }
+    if (header.type == kChaptersType) {
+      ISOREEL_ASSIGN(const Bytes content, decompress(kept, kMaxChaptersContent));
+      ISOREEL_ASSIGN(contents_.info.chapters, readChapters(content));
+    }
     return {};
   }
 
   Status frame(const ChunkHeader& header, std::uint64_t position, const Bytes& kept) {
     ISOREEL_ASSIGN(const FrameFacts facts, readFrameStart(kept, header.length));
-    if (!has_track_ && contents_.frames.empty()) contents_.track = facts.track;
-    if (facts.track != contents_.track) return {};
-    ISOREEL_TRY(order_.checkRising(facts.header));
-    order_.passed(facts.header);
-    contents_.frames.push_back({facts.header, position, header.length + kChunkOverhead});
+    if (contents_.tracks.size() >= kMaxTracks && !known(facts.track)) return tooManyTracks();
+    TrackContents& track = contents_.track(facts.track);
+    orders_.resize(contents_.tracks.size());
+    FrameOrder& order = orders_[static_cast<std::size_t>(&track - contents_.tracks.data())];
+    ISOREEL_TRY(order.checkRising(facts.header));
+    order.passed(facts.header);
+    track.add({facts.header, position, header.length + kChunkOverhead});
     return {};
   }
 
-  // The first track counts; if its record was lost, that of the frames found so far.
+  // The first record of a track counts.
   Status track(const Bytes& kept) {
     TrackRecord record;
     ByteReader in(kept);
     ISOREEL_TRY(readSyntax(in, record));
-    if (has_track_ || (!contents_.frames.empty() && record.id != contents_.track)) return {};
-    has_track_ = true;
-    contents_.track = record.id;
-    contents_.info.time_base = record.time_base;
-    contents_.info.track_name = std::move(record.name);
-    contents_.info.configuration = std::move(record.configuration);
+    if (contents_.tracks.size() >= kMaxTracks && !known(record.id)) return tooManyTracks();
+    TrackContents& track = contents_.track(record.id);
+    if (!track.has_record) track.record = std::move(record);
+    track.has_record = true;
     return {};
+  }
+
+  Status attachment(const ChunkHeader& header, std::uint64_t position, const Bytes& kept) {
+    ISOREEL_ASSIGN(const PartFacts facts, readPart(kept));
+    return attachments_.add(facts.part, facts.content.size(), position, header.length + kChunkOverhead);
+  }
+
+  bool known(std::uint64_t id) const {
+    return std::any_of(contents_.tracks.begin(), contents_.tracks.end(),
+                       [&](const TrackContents& t) { return t.record.id == id; });
+  }
+  static Status tooManyTracks() {
+    return {ErrorCode::kLimit, "more than " + std::to_string(kMaxTracks) + " tracks (spec container 10)"};
   }
 
   // The next place from `position` on where a chunk header with a good CRC stands; the end when there is
@@ -202,8 +228,8 @@ class Scanner {
   Window window_;
   const std::uint64_t size_;
   Contents& contents_;
-  FrameOrder order_;
-  bool has_track_ = false;
+  std::vector<FrameOrder> orders_;  // of contents_.tracks
+  AttachmentList attachments_{contents_.info.attachments};
   std::uint64_t failed_bytes_ = 0;
   std::optional<std::uint64_t> gap_start_;
   std::string gap_reason_;

@@ -143,6 +143,41 @@ TEST(Player, BackwardThroughALongGopIsBoundedWork) {
   }
 }
 
+/// The frames of a source from `begin` on, as a cut gives them: those that come before are hidden.
+class CutSource final : public PacketSource {
+ public:
+  CutSource(MadeSource& source, std::uint64_t begin, std::uint64_t key)
+      : source_(source), begin_(begin), key_(key) {}
+  std::uint64_t frameCount() const override { return source_.frameCount() - begin_; }
+  const FrameHeader& header(std::uint64_t frame) const override { return source_.header(frame + begin_); }
+  Result<Bytes> packet(std::uint64_t frame) override { return source_.packet(frame + begin_); }
+  std::uint64_t entryCount() const override { return source_.frameCount() - key_; }
+  std::uint64_t entryOf(std::uint64_t frame) const override { return frame + begin_ - key_; }
+  const FrameHeader& entryHeader(std::uint64_t entry) const override { return source_.header(entry + key_); }
+  Result<Bytes> entryPacket(std::uint64_t entry) override { return source_.packet(entry + key_); }
+
+ private:
+  MadeSource& source_;
+  const std::uint64_t begin_, key_;
+};
+
+TEST(Player, DecodesHiddenFramesForThoseThatNeedThem) {
+  MadeSource source = movingSphere();
+  CutSource cut(source, 2, 0);
+  Player player(cut, 0);
+  ASSERT_EQ(player.frameCount(), 6u);
+  for (const std::uint64_t frame : {0u, 5u, 1u, 3u, 0u, 1u, 2u}) {
+    const auto surface = player.frame(frame);
+    ASSERT_TRUE(surface.ok()) << surface.error().message;
+    EXPECT_EQ(surfaceHash(*surface), source.packets[frame + 2].header.surface_hash);
+  }
+  source.reads = 0;
+  EXPECT_TRUE(player.frame(0).ok());
+  EXPECT_EQ(source.reads, 3u);
+  source.unreadable = 1;
+  EXPECT_FALSE(player.frame(0).ok());
+}
+
 TEST(Player, ErrorsNameTheFrame) {
   MadeSource source = growingSpheres();
   source.packets[3].data.back() ^= 1;

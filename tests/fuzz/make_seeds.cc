@@ -110,12 +110,20 @@ isoreel::Status makeSeeds(const Shape& shape, const fs::path& folder) {
   file.tags = R"({"title":"seed"})";
   file.overwrite = true;
   ISOREEL_ASSIGN(auto writer, isoreel::Writer::create(folder / "reader" / shape.name, file));
+  ISOREEL_TRY(writer->setChapters({{isoreel::Chapter::Kind::kMarker, 0, 0, "here"}}));
+  ISOREEL_ASSIGN(const std::uint64_t other, writer->addTrack({{1, 10}, "other", {}}));
   for (int i = 0; i < 2; ++i) {
     const isoreel::FrameTiming timing{static_cast<std::uint64_t>(i), i, 1, 0.0};
     ISOREEL_ASSIGN(const isoreel::Packet packet, encoder.encode(sample(shape, 0.02 * i), timing));
     if (i == 0) ISOREEL_TRY(savePackets(folder / "packet" / shape.name, {}, packet.data));
     ISOREEL_TRY(writer->write(packet));
+    isoreel::Packet again = packet;  // as a cut would leave it when only the second is shown
+    again.header.number = 0;
+    if (i == 0) again.header.flags = isoreel::FrameHeader::kHidden;
+    if (i == 0 || packet.header.back > 0) ISOREEL_TRY(writer->write(again, other));
   }
+  const auto note = isoreel::openMemory({1, 2, 3});
+  ISOREEL_TRY(writer->attach("note", "", *note));
   ISOREEL_TRY(writer->finish());
 
   const Bytes whole = load(folder / "reader" / shape.name);

@@ -36,13 +36,14 @@ class Player {
 
  private:
   struct Plan;
-  Plan plan(std::uint64_t key, std::uint64_t next, std::uint64_t position) const;
-  Result<Surface> walk(std::uint64_t key, std::uint64_t position, const DecodeOptions& options);
-  Result<Surface> decode(std::uint64_t position, const DecodeOptions& options);
+  // All positions are those of entries.
+  Plan plan(std::uint64_t key, std::uint64_t next, std::uint64_t wanted) const;
+  Result<Surface> walk(std::uint64_t key, std::uint64_t wanted, const DecodeOptions& options);
+  Result<Surface> decode(std::uint64_t entry, const DecodeOptions& options);
 
   PacketSource* source_;
   Decoder decoder_;
-  std::optional<std::uint64_t> last_;  // position of what the decoder can go on from
+  std::optional<std::uint64_t> last_;  // entry of what the decoder can go on from
   DecodeOptions options_;              // of the surfaces in the cache
   std::unique_ptr<SurfaceCache> cache_;
 };
