@@ -101,7 +101,8 @@ Status checkFits(const SourceFile& file, const SourceFile& first) {
   for (std::size_t t = 0; t < first.tracks.size(); ++t) {
     const FileInfo &info = file.tracks[t]->info(), &other = first.tracks[t]->info();
     if (info.track_name != other.track_name) return differs(fmt::format("the name of track {}", t));
-    Result<Configuration> own = readConfiguration(info.configuration), wanted = readConfiguration(other.configuration);
+    Result<Configuration> own = readConfiguration(info.configuration),
+                          wanted = readConfiguration(other.configuration);
     if (!own) return named(own.status(), file.path);
     if (!wanted) return named(wanted.status(), first.path);
     if (own->grid.nodes != wanted->grid.nodes) return differs("the size of the grid");
@@ -127,8 +128,9 @@ Result<Join> prepare(const ConcatOptions& options) {
     for (const SourceFile& file : join.files) {
       const auto base = commonBase(track.time_base, file.tracks[t]->info().time_base);
       if (!base) {
-        return {ErrorCode::kLimit,
-                fmt::format("{}: its time base and those before it have no common one of 32 bits", file.path)};
+        return {
+            ErrorCode::kLimit,
+            fmt::format("{}: its time base and those before it have no common one of 32 bits", file.path)};
       }
       track.time_base = *base;
     }
@@ -213,7 +215,8 @@ Status concat(const ConcatOptions& options) {
   Joiner joiner(join, *writer);
   Progress progress("concat", join.files.size());
   const auto fill = [&]() -> Status {
-    for (std::size_t t = 1; t < join.tracks.size(); ++t) ISOREEL_TRY(writer->addTrack(join.tracks[t]).status());
+    for (std::size_t t = 1; t < join.tracks.size(); ++t)
+      ISOREEL_TRY(writer->addTrack(join.tracks[t]).status());
     for (SourceFile& file : join.files) {
       ISOREEL_TRY(joiner.add(file, join.shards ? Times::kKeep : options.times));
       progress.advance();
@@ -239,7 +242,8 @@ Status concat(const ConcatOptions& options) {
   fmt::print("{}: {} of {}, {} bytes{}\n", options.output, counted(counts.frames, "frame"),
              counted(join.files.size(), join.shards ? "shard" : "file"), writer->bytesWritten(),
              join.shards ? ", those of a single encode" : "");
-  if (counts.hidden > 0) fmt::print("  and {} that frames behind cuts need, not shown\n", counted(counts.hidden, "packet"));
+  if (counts.hidden > 0)
+    fmt::print("  and {} that frames behind cuts need, not shown\n", counted(counts.hidden, "packet"));
   return {};
 }
 
@@ -247,8 +251,9 @@ Status concat(const ConcatOptions& options) {
 
 void addConcatCommand(CLI::App& app, Action& chosen) {
   CLI::App* verb = app.add_subcommand(
-      "concat", "Join files of one grid, packets bit for bit; shards of one encode (encode --frames) become the "
-                "very file that a single encode gives, in whatever order they are named");
+      "concat",
+      "Join files of one grid, packets bit for bit; shards of one encode (encode --frames) become the "
+      "very file that a single encode gives, in whatever order they are named");
   const auto options = std::make_shared<ConcatOptions>();
   verb->add_option("inputs", options->inputs, "The .isr files, in order")->required()->default_str("");
   verb->add_option("-o,--output", options->output, "The .isr file to write")->required();
@@ -257,7 +262,8 @@ void addConcatCommand(CLI::App& app, Action& chosen) {
           [options = options.get()](const std::string& text) {
             options->times = choice("--times", kTimes, text);
           },
-          "Times of the second file and those behind it: so that each begins where the one before it ends, or "
+          "Times of the second file and those behind it: so that each begins where the one before it ends, "
+          "or "
           "as they are, and then they must rise")
       ->default_str("shift")
       ->type_name("shift|keep");

@@ -49,7 +49,8 @@ Status copyAttachments(SourceFile& source, Writer& writer) {
   const std::vector<Attachment> attachments = source.info().attachments;
   for (const Attachment& attachment : attachments) {
     const std::vector<Attachment>& there = writer.info().attachments;
-    if (std::any_of(there.begin(), there.end(), [&](const Attachment& a) { return a.name == attachment.name; }))
+    if (std::any_of(there.begin(), there.end(),
+                    [&](const Attachment& a) { return a.name == attachment.name; }))
       continue;
     ISOREEL_ASSIGN(const Spool spool, makeSpool());
     if (const Status status = source.tracks.front()->extract(attachment.name, *spool.sink); !status.ok())
@@ -109,7 +110,8 @@ Result<bool> PacketCopier::continues(Reader& reader, const Cut& cut, const Track
 }
 
 Status PacketCopier::copy(SourceFile& source, const std::vector<Cut>& cuts,
-                          const std::vector<std::uint64_t>& tracks, const std::vector<TimeMap>& times) {
+                          const std::vector<std::uint64_t>& tracks, const std::vector<TimeMap>& times,
+                          const std::vector<Replacements>& instead) {
   struct Place {
     std::uint64_t offset, entry;
     std::size_t track;
@@ -120,7 +122,8 @@ Status PacketCopier::copy(SourceFile& source, const std::vector<Cut>& cuts,
     Reader& reader = *source.tracks[t];
     Cut cut = cuts[t];
     if (tracks[t] < tracks_.size()) {
-      ISOREEL_ASSIGN(const bool goes_on, continues(reader, cut, tracks_[static_cast<std::size_t>(tracks[t])]));
+      ISOREEL_ASSIGN(const bool goes_on,
+                     continues(reader, cut, tracks_[static_cast<std::size_t>(tracks[t])]));
       while (goes_on && (cut.begin < cut.shown || reader.entryHeader(cut.begin).hidden())) ++cut.begin;
     }
     for (std::uint64_t entry = cut.begin; entry < cut.end; ++entry)
@@ -131,12 +134,17 @@ Status PacketCopier::copy(SourceFile& source, const std::vector<Cut>& cuts,
     if (interrupted) return {ErrorCode::kIo, "interrupted"};
     Reader& reader = *source.tracks[place.track];
     Packet packet{reader.entryHeader(place.entry), {}};
+    const Replacements* others = instead.empty() ? nullptr : &instead[place.track];
+    const bool replaced = others != nullptr && others->contains(place.entry);
+    if (replaced) packet = others->at(place.entry);
     if (place.entry < cuts[place.track].shown) packet.header.flags |= FrameHeader::kHidden;
     const std::string where = fmt::format("{}: frame {}", source.path, packet.header.number);
     ISOREEL_TRY(times[place.track].apply(packet.header).at(where));
-    Result<Bytes> data = reader.entryPacket(place.entry);
-    if (!data) return named(data.status(), source.path);
-    packet.data = *std::move(data);
+    if (!replaced) {
+      Result<Bytes> data = reader.entryPacket(place.entry);
+      if (!data) return named(data.status(), source.path);
+      packet.data = *std::move(data);
+    }
     ISOREEL_TRY(write(std::move(packet), tracks[place.track]).at(where));
   }
   return {};

@@ -5,6 +5,7 @@
 #include <isoreel/container/reader.h>
 #include <isoreel/container/writer.h>
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -26,6 +27,8 @@ Result<SourceFile> openSource(const std::string& path, const std::string& track 
 struct Cut {
   std::uint64_t begin = 0, shown = 0, end = 0;
 };
+/// Packets that take the place of others, by entry.
+using Replacements = std::map<std::uint64_t, Packet>;
 /// Everything, as it is.
 Cut wholeTrack(const Reader& reader);
 /// The frames [begin, end) of the track, with what they need in front of them. begin <= end <= frameCount().
@@ -59,10 +62,12 @@ class PacketCopier {
 
   explicit PacketCopier(Writer& writer) : writer_(writer) {}
   /// Cuts of a file's tracks, in the order in which the packets stand there. `cuts`, `tracks` and
-  /// `times` go with `source.tracks`; `tracks` are ids of the writer's. Packets in front of the first shown one are left out when they are those that the track ends with,
-  /// so that cuts of one file fit together again. Errors name the file.
+  /// `times` go with `source.tracks`; `tracks` are ids of the writer's. Packets in front of the first shown
+  /// one are left out when they are those that the track ends with, so that cuts of one file fit together
+  /// again. `instead`, none or one for each track, are written in the place of their entries. Errors name the
+  /// file.
   Status copy(SourceFile& source, const std::vector<Cut>& cuts, const std::vector<std::uint64_t>& tracks,
-              const std::vector<TimeMap>& times);
+              const std::vector<TimeMap>& times, const std::vector<Replacements>& instead = {});
   /// One packet, its time as it shall be in the file.
   Status write(Packet packet, std::uint64_t track);
   const Counts& counts() const { return counts_; }

@@ -43,7 +43,8 @@ class ChosenFrames {
     if (source->seekable()) {
       ISOREEL_ASSIGN(result.reader_, Reader::open(std::move(source)));
       warnOfDamage(result.reader_->info(), options.input);
-      result.range_ = parseFrames(options.frames, timelineOf(*result.reader_, result.reader_->info().time_base));
+      result.range_ =
+          parseFrames(options.frames, timelineOf(*result.reader_, result.reader_->info().time_base));
       result.total_ = result.range_.size();
       if (result.range_.size() > 0) {
         const Reader& reader = *result.reader_;

@@ -30,7 +30,8 @@ std::string extremes(const ChartRow& row) {
 }  // namespace
 
 const char* kindName(Event::Kind kind) {
-  static constexpr std::array<const char*, 4> kNames{"appear", "vanish", "split or appear", "merge or vanish"};
+  static constexpr std::array<const char*, 4> kNames{"appear", "vanish", "split or appear",
+                                                     "merge or vanish"};
   return kNames[static_cast<std::size_t>(kind)];
 }
 
@@ -43,7 +44,7 @@ std::vector<Event> findEvents(const PacketSource& packets) {
                              : after == 0     ? Event::Kind::kVanish
                              : after > before ? Event::Kind::kSplitOrAppear
                                               : Event::Kind::kMergeOrVanish;
-    events.push_back({packets.header(i).number, kind, before, after});
+    events.push_back({i, kind, before, after});
   }
   return events;
 }
@@ -60,8 +61,9 @@ inspect::Chart chartOfFacts(const Input& input, const std::string& title) {
     chart.end = chart.times.back() + base.seconds(header.duration);
   }
 
-  ChartRow bytes = rowOf(packets, "Bytes of a frame", ChartRow::Style::kBars,
-                         [&](const FrameHeader&, std::uint64_t i) { return packets.entryBytes(packets.entryOf(i)); });
+  ChartRow bytes =
+      rowOf(packets, "Bytes of a frame", ChartRow::Style::kBars,
+            [&](const FrameHeader&, std::uint64_t i) { return packets.entryBytes(packets.entryOf(i)); });
   bytes.kind_names = {"I frames", "P frames"};
   for (std::uint64_t i = 0; i < packets.frameCount(); ++i)
     bytes.kinds.push_back(packets.header(i).type == PacketType::kPredicted);
@@ -75,10 +77,14 @@ inspect::Chart chartOfFacts(const Input& input, const std::string& title) {
     return chart.rows.emplace_back(std::move(row));
   };
   add("Area, world units squared", ChartRow::Style::kCurve, [](const FrameHeader& h) { return h.area; });
-  add("Volume inside, world units cubed", ChartRow::Style::kCurve, [](const FrameHeader& h) { return h.volume; });
-  ChartRow& pieces = add("Pieces of surface", ChartRow::Style::kSteps, [](const FrameHeader& h) { return h.components; });
+  add("Volume inside, world units cubed", ChartRow::Style::kCurve,
+      [](const FrameHeader& h) { return h.volume; });
+  ChartRow& pieces =
+      add("Pieces of surface", ChartRow::Style::kSteps, [](const FrameHeader& h) { return h.components; });
   const std::vector<Event> events = findEvents(packets);
   pieces.note += fmt::format(", {} changes", events.size());
+  if (events.size() > 60) return chart;  // lines side by side tell nothing
+  for (const Event& event : events) pieces.marks.push_back(static_cast<std::size_t>(event.frame));
   return chart;
 }
 

@@ -16,7 +16,7 @@ namespace isoreel::cli {
 struct Event {
   /// Counts alone do not tell a piece that split off from one that appeared, unless there was none before.
   enum class Kind { kAppear, kVanish, kSplitOrAppear, kMergeOrVanish };
-  std::uint64_t frame = 0;
+  std::uint64_t frame = 0;  // its place among the frames, which in a damaged file may not be its number
   Kind kind = Kind::kAppear;
   std::uint32_t before = 0, after = 0;  // pieces
 };

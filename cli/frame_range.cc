@@ -39,8 +39,8 @@ std::uint64_t firstAfter(const Timeline& timeline, std::int64_t time) {
   return low;
 }
 
-/// A frame as typed: its number, or the first that begins at a time or later. `shown`: the frame that is shown
-/// at that time instead.
+/// A frame as typed: its number, or the first that begins at a time or later. `shown`: the frame that is
+/// shown at that time instead.
 std::uint64_t parsePlace(const std::string& option, const std::string& text, const Timeline& timeline,
                          bool shown = false) {
   std::uint64_t number = 0;

@@ -4,26 +4,25 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
+#include <filesystem>
 
 #include "command.h"
+#include "facts.h"
 #include "input.h"
+#include "json.h"
+#include "output.h"
 
 namespace isoreel::cli {
 namespace {
-
-using Json = nlohmann::ordered_json;
-
-/// Names of files may be no UTF-8.
-std::string dumped(const Json& json, int indent = -1) {
-  return json.dump(indent, ' ', false, Json::error_handler_t::replace);
-}
 
 struct InfoOptions {
   std::string input;
   bool json = false;
   bool frames = false;
   bool packets = false;
+  bool events = false;
+  std::string plot;
+  bool force = false;
 };
 
 const char* typeName(PacketType type) { return type == PacketType::kIntra ? "I" : "P"; }
@@ -50,6 +49,7 @@ Json frameJson(const Input& input, std::uint64_t frame) {
           {"duration", base.seconds(h.duration)},
           {"type", typeName(h.type)},
           {"key", key},
+          {"bytes", packets.entryBytes(packets.entryOf(frame))},
           {"isovalue", h.isovalue},
           {"vertices", h.vertices},
           {"faces", h.faces},
@@ -80,14 +80,6 @@ Json packetJson(const PacketHeader& header, std::size_t bytes) {
           {"step", header.step / double{kCell}},
           {"tangential_step", header.tangential_step / double{kCell}},
           {"sections", sections}};
-}
-
-/// The tags, or null when they are no JSON. What is nested deeper than anyone writes is left out: printing
-/// recurses.
-Json tagsOf(const FileInfo& info) {
-  const auto keep = [](int depth, Json::parse_event_t, Json&) { return depth < 64; };
-  Json tags = Json::parse(info.tags, keep, false);
-  return tags.is_discarded() ? Json(nullptr) : tags;
 }
 
 /// Tags come from anywhere: a terminal must not obey what is in them.
@@ -129,7 +121,7 @@ Json fileJson(const Input& input) {
             {"direction", c.grid.direction},
             {"levels", octreeDepth(c.grid) + 1}}},
           {"damage", input.info.damage},
-          {"tags", tagsOf(input.info)}};
+          {"tags", parsedTags(input.info.tags)}};
 }
 
 void printFile(const std::string& path, const Json& file, const Input& input) {
@@ -141,8 +133,7 @@ void printFile(const std::string& path, const Json& file, const Input& input) {
                   : file["bytes"].dump() + " bytes" +
                         (input.info.indexed ? "" : " (no seek index: unfinished, or cut)"));
   fmt::print("  frames   {} in {:.6g} s (time base {}/{})\n", file["frames"].dump(),
-             file["seconds"].get<double>(), input.info.time_base.numerator,
-             input.info.time_base.denominator);
+             file["seconds"].get<double>(), input.info.time_base.numerator, input.info.time_base.denominator);
   fmt::print("  grid     {} x {} x {} nodes, spacing {:.6g} {:.6g} {:.6g}, octree levels 0 to {}\n",
              grid.nodes[0], grid.nodes[1], grid.nodes[2], grid.spacing[0], grid.spacing[1], grid.spacing[2],
              octreeDepth(grid));
@@ -163,12 +154,40 @@ void printFrames(const Input& input) {
     const FrameHeader& h = input.packets->header(i);
     fmt::print(
         "{:6}  {:10.4f}  {:>4}  {:8.4g}  {:10}  {:10}  {:10.4g}  {:10.4g}  {:5}  {:5}  {:9.4f}  {:6.4f}\n",
-        h.number, input.info.time_base.seconds(h.time), typeName(h.type), h.isovalue, h.vertices,
-        h.faces, h.area, h.volume, h.components, h.euler, h.error_rms, h.error_max);
+        h.number, input.info.time_base.seconds(h.time), typeName(h.type), h.isovalue, h.vertices, h.faces,
+        h.area, h.volume, h.components, h.euler, h.error_rms, h.error_max);
   }
 }
 
+Json eventsJson(const Input& input) {
+  Json list = Json::array();
+  for (const Event& event : findEvents(*input.packets)) {
+    const FrameHeader& header = input.packets->header(event.frame);
+    list.push_back({{"frame", header.number},
+                    {"time", input.info.time_base.seconds(header.time)},
+                    {"kind", kindName(event.kind)},
+                    {"before", event.before},
+                    {"after", event.after}});
+  }
+  return list;
+}
+
+void printEvents(const Json& events) {
+  fmt::print("\n frame        time  pieces\n");
+  for (const Json& event : events) {
+    fmt::print("{:6}  {:10.4f}  {} to {}: {}\n", event["frame"].get<std::uint64_t>(),
+               event["time"].get<double>(), event["before"].get<std::uint32_t>(),
+               event["after"].get<std::uint32_t>(), event["kind"].get<std::string>());
+  }
+  fmt::print(
+      "{} where the number of pieces changes. Numbers alone do not tell a piece that splits off from one "
+      "that\n"
+      "appears, nor see changes that cancel out within a frame.\n",
+      counted(events.size(), "frame"));
+}
+
 Status info(const InfoOptions& options) {
+  if (!options.plot.empty()) ISOREEL_TRY(mayWrite(options.plot, options.force));
   ISOREEL_ASSIGN(const Input input, openInput(options.input));
   Json file = fileJson(input);
   if (options.frames) {
@@ -187,12 +206,18 @@ Status info(const InfoOptions& options) {
       file["packet_list"].push_back(packetJson(*header, packet->size()));
     }
   }
+  if (options.events) file["events"] = eventsJson(input);
+  if (!options.plot.empty()) {
+    const std::string name = std::filesystem::path(options.input).filename().string();
+    ISOREEL_TRY(inspect::writeChart(chartOfFacts(input, name), options.plot));
+  }
   if (options.json) {
     fmt::print("{}\n", dumped(file, 2));
     return {};
   }
   printFile(options.input, file, input);
   if (options.frames) printFrames(input);
+  if (options.events) printEvents(file["events"]);
   if (!options.packets) return {};
   fmt::print("\n");
   for (const Json& packet : file["packet_list"]) {
@@ -218,6 +243,15 @@ void addInfoCommand(CLI::App& app, Action& chosen) {
   verb->add_flag("--frames", options->frames,
                  "The facts of every frame: time, counts, area, volume, components, error");
   verb->add_flag("--packets", options->packets, "Type, references and sections of every packet");
+  verb->add_flag(
+      "--events", options->events,
+      "Frames where pieces of surface split off or appear, merge or vanish, as far as their number tells");
+  verb->add_option("--plot", options->plot,
+                   "Draw bytes by type of frame, area, volume and pieces over time into this .svg file")
+      ->check(CLI::Validator(
+          [](const std::string& name) { return name.ends_with(".svg") ? "" : "does not end in .svg"; },
+          "FILE.svg"));
+  verb->add_flag("--force", options->force, "Replace the picture when it is there already");
   verb->add_flag("--json", options->json, "One JSON object");
   verb->callback([options, &chosen] { chosen = [options] { return info(*options); }; });
 }

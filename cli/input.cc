@@ -23,6 +23,7 @@ class PacketsInMemory final : public PacketSource {
   std::uint64_t entryOf(std::uint64_t frame) const override { return shown_[frame]; }
   const FrameHeader& entryHeader(std::uint64_t entry) const override { return packets_[entry].header; }
   Result<Bytes> entryPacket(std::uint64_t entry) override { return packets_[entry].data; }
+  std::uint64_t entryBytes(std::uint64_t entry) const override { return packets_[entry].data.size(); }
 
  private:
   std::vector<Packet> packets_;

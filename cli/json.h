@@ -14,8 +14,8 @@ inline std::string dumped(const Json& json, int indent = -1) {
   return json.dump(indent, ' ', false, Json::error_handler_t::replace);
 }
 
-/// A file's tags, or null when they are no JSON. What is nested deeper than anyone writes is left out: printing
-/// recurses.
+/// A file's tags, or null when they are no JSON. What is nested deeper than anyone writes is left out:
+/// printing recurses.
 inline Json parsedTags(const std::string& tags) {
   const auto keep = [](int depth, Json::parse_event_t, Json&) { return depth < 64; };
   Json json = Json::parse(tags, keep, false);

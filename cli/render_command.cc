@@ -76,8 +76,7 @@ class Output {
       case Product::kSheet:
         images_.push_back(std::move(image));
         captions_.push_back(fmt::format("frame {}   {:.4g} s   {} vertices", header.number,
-                                        input_.info.time_base.seconds(header.time),
-                                        header.vertices));
+                                        input_.info.time_base.seconds(header.time), header.vertices));
         return {};
       case Product::kMovie:
         break;

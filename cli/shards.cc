@@ -55,7 +55,8 @@ Result<std::vector<std::size_t>> orderOfShards(const std::vector<Shard>& shards,
                                      std::min(shard.end, next), names[last], names[i]));
     }
     if (shard.begin % shard.gop != 0) {
-      problems.push_back(fmt::format("{} starts at frame {}, inside a GOP of {}", names[i], shard.begin, shard.gop));
+      problems.push_back(
+          fmt::format("{} starts at frame {}, inside a GOP of {}", names[i], shard.begin, shard.gop));
     }
     if (shard.end > next) {
       next = shard.end;
@@ -64,9 +65,10 @@ Result<std::vector<std::size_t>> orderOfShards(const std::vector<Shard>& shards,
   }
   missing(shards.front().frames);
   if (problems.empty()) return order;
-  return {ErrorCode::kInvalidArgument,
-          fmt::format("these do not make up the {} frames of one encode: {} (--no-shards joins them as they are)",
-                      shards.front().frames, fmt::join(problems, "; "))};
+  return {
+      ErrorCode::kInvalidArgument,
+      fmt::format("these do not make up the {} frames of one encode: {} (--no-shards joins them as they are)",
+                  shards.front().frames, fmt::join(problems, "; "))};
 }
 
 }  // namespace isoreel::cli

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Parts of one encode, made apart from each other: `encode --frames A:B` writes into the tags where a part belongs.
+// Parts of one encode, made apart from each other: `encode --frames A:B` writes into the tags where a part
+// belongs.
 #pragma once
 
 #include <isoreel/base/status.h>
@@ -25,8 +26,8 @@ std::optional<Shard> shardOf(const std::string& tags);
 /// The tags without it; the very text when it is not there.
 std::string withoutShard(const std::string& tags);
 
-/// The order in which shards make up a whole encode: indices into `shards`. kInvalidArgument, with a list of what
-/// is missing, there twice, or does not begin with a GOP, when they don't. `names` are for that list.
+/// The order in which shards make up a whole encode: indices into `shards`. kInvalidArgument, with a list of
+/// what is missing, there twice, or does not begin with a GOP, when they don't. `names` are for that list.
 Result<std::vector<std::size_t>> orderOfShards(const std::vector<Shard>& shards,
                                                const std::vector<std::string>& names);
 

@@ -12,7 +12,9 @@ namespace {
 
 constexpr const char* kName = "temporary file";
 
-Status failure() { return {ErrorCode::kIo, std::string(kName) + ": " + std::generic_category().message(errno)}; }
+Status failure() {
+  return {ErrorCode::kIo, std::string(kName) + ": " + std::generic_category().message(errno)};
+}
 
 class SpoolSink final : public ByteSink {
  public:

@@ -8,7 +8,8 @@
 
 namespace isoreel::cli {
 
-/// A file without a name in the folder for such things: what one side appends, the other reads. It is gone with both.
+/// A file without a name in the folder for such things: what one side appends, the other reads. It is gone
+/// with both.
 struct Spool {
   std::unique_ptr<ByteSink> sink;
   std::unique_ptr<ByteSource> source;  // of what was appended before it is read

@@ -10,6 +10,7 @@
 #include "json.h"
 #include "output.h"
 #include "progress.h"
+#include "recode.h"
 #include "shards.h"
 
 namespace isoreel::cli {
@@ -20,6 +21,7 @@ struct TrimOptions {
   std::string from, to;
   std::string track;
   bool shift = false;
+  bool recode = false;
   bool force = false;
   bool json = false;
 };
@@ -29,8 +31,8 @@ struct Span {
   std::int64_t begin = 0, end = 0;
 };
 
-/// A time of one track in ticks of another, rounded up: what begins at that tick or later begins at that time or
-/// later.
+/// A time of one track in ticks of another, rounded up: what begins at that tick or later begins at that time
+/// or later.
 std::int64_t upInto(TimeBase to, std::int64_t ticks, TimeBase from) {
   std::int64_t seconds = 0;
   if (from == to || __builtin_mul_overflow(ticks, -std::int64_t{from.numerator}, &seconds)) return ticks;
@@ -41,7 +43,8 @@ std::int64_t upInto(TimeBase to, std::int64_t ticks, TimeBase from) {
 FrameRange framesIn(const Reader& reader, const Span& span, TimeBase base) {
   const auto first = [&](std::int64_t time) {
     const std::int64_t ticks = upInto(reader.info().time_base, time, base);
-    const auto before = ticks == std::numeric_limits<std::int64_t>::min() ? std::nullopt : frameAt(reader, ticks - 1);
+    const auto before =
+        ticks == std::numeric_limits<std::int64_t>::min() ? std::nullopt : frameAt(reader, ticks - 1);
     return before ? *before + 1 : 0;
   };
   return {first(span.begin), first(span.end)};
@@ -58,7 +61,8 @@ std::vector<Chapter> chaptersIn(const std::vector<Chapter>& chapters, const Span
     } else if (!marker) {  // up to the next chapter
       end = span.end;
       for (const Chapter& other : chapters) {
-        if (other.kind == Chapter::Kind::kChapter && other.start > chapter.start) end = std::min(end, other.start);
+        if (other.kind == Chapter::Kind::kChapter && other.start > chapter.start)
+          end = std::min(end, other.start);
       }
     }
     if (chapter.start >= span.end || (marker ? end < span.begin : end <= span.begin)) continue;
@@ -91,6 +95,8 @@ Status trim(const TrimOptions& options) {
   std::vector<std::uint64_t> tracks;
   std::vector<TimeMap> times;
   std::vector<TrackSettings> settings;
+  std::vector<Replacements> recoded;
+  double moved = 0;  // at most, by coding again
   for (const std::unique_ptr<Reader>& reader : source.tracks) {
     const FrameRange frames = cuts.empty() ? range : framesIn(*reader, span, base);
     Result<Cut> cut = cutOf(*reader, frames.begin, frames.end);
@@ -98,6 +104,13 @@ Status trim(const TrimOptions& options) {
     Result<Bytes> configuration = configurationOf(*reader, *cut);
     if (!configuration) return named(configuration.status(), options.input);
     const TimeBase own = reader->info().time_base;
+    if (options.recode) {
+      Result<Recoded> again = recode(*reader, *cut);
+      if (!again) return named(again.status(), options.input);
+      moved = std::max(moved, again->max);
+      recoded.push_back(std::move(again->packets));
+      cut->begin = cut->shown;
+    }
     tracks.push_back(cuts.size());
     cuts.push_back(*cut);
     times.push_back({1, options.shift ? -upInto(own, span.begin, base) : 0});
@@ -113,7 +126,7 @@ Status trim(const TrimOptions& options) {
   PacketCopier copier(*writer);
   const auto fill = [&]() -> Status {
     for (std::size_t t = 1; t < settings.size(); ++t) ISOREEL_TRY(writer->addTrack(settings[t]).status());
-    ISOREEL_TRY(copier.copy(source, cuts, tracks, times));
+    ISOREEL_TRY(copier.copy(source, cuts, tracks, times, recoded));
     ISOREEL_TRY(copyAttachments(source, *writer));
     if (!source.info().chapters.empty())
       ISOREEL_TRY(writer->setChapters(chaptersIn(source.info().chapters, span, times.front().shift)));
@@ -124,9 +137,13 @@ Status trim(const TrimOptions& options) {
     return status;
   }
   const PacketCopier::Counts& counts = copier.counts();
+  std::uint64_t again = 0;
+  for (const Replacements& packets : recoded) again += packets.size();
   if (options.json) {
     fmt::print("{}\n", dumped({{"frames", counts.frames},
                                {"hidden", counts.hidden},
+                               {"recoded", again},
+                               {"moved", moved},
                                {"bytes", writer->bytesWritten()},
                                {"seconds", watch.seconds()}}));
   } else {
@@ -134,6 +151,9 @@ Status trim(const TrimOptions& options) {
     if (counts.hidden > 0) {
       fmt::print("  and {} that the first of them needs, not shown\n", counted(counts.hidden, "packet"));
     }
+    if (again > 0)
+      fmt::print("  {} coded again: vertices moved by {:.4f} cells at most\n", counted(again, "frame"),
+                 moved);
   }
   return {};
 }
@@ -142,16 +162,23 @@ Status trim(const TrimOptions& options) {
 
 void addTrimCommand(CLI::App& app, Action& chosen) {
   CLI::App* verb = app.add_subcommand(
-      "trim", "Copy a range of frames, packets bit for bit; what a cut inside a GOP needs is kept, and not shown");
+      "trim",
+      "Copy a range of frames, packets bit for bit; what a cut inside a GOP needs is kept, and not shown");
   const auto options = std::make_shared<TrimOptions>();
   verb->add_option("input", options->input, "The .isr (or .isr.part) file")->required();
   verb->add_option("-o,--output", options->output, "The .isr file to write")->required();
   verb->add_option("--from", options->from,
-                   "First frame, counted from 0; or a time with its unit (2.5s, 40ms): frames that begin then or later")
+                   "First frame, counted from 0; or a time with its unit (2.5s, 40ms): frames that begin "
+                   "then or later")
       ->default_str("the first");
-  verb->add_option("--to", options->to, "The frame, or the time, to stop in front of")->default_str("the end");
+  verb->add_option("--to", options->to, "The frame, or the time, to stop in front of")
+      ->default_str("the end");
   verb->add_option("--track", options->track, "Only the track of this name or id")->default_str("all");
   verb->add_flag("--shift", options->shift, "Let the first frame begin at 0 s; otherwise times stay");
+  verb->add_flag(
+      "--recode", options->recode,
+      "Code the frames up to the first key again from their surfaces, instead of keeping what they need: "
+      "the same faces, but vertices are rounded to the step once more");
   verb->add_flag("--force", options->force, "Replace the output when it is there already");
   verb->add_flag("--json", options->json, "End with the totals as one JSON object");
   verb->callback([options, &chosen] { chosen = [options] { return trim(*options); }; });

@@ -91,14 +91,15 @@ Result<Packet> Encoder::encodeAgain(const Surface& surface, std::span<const Cell
     const std::array<std::int32_t, 3> corner{cells[i].x, cells[i].y, cells[i].z};
     for (std::size_t k = 0; k < 3; ++k) {
       vertices[i][k] = surface.vertices[i][k] - corner[k] * kCell;
-      if (corner[k] + 1 >= static_cast<std::int32_t>(grid.nodes[k]) || vertices[i][k] < 0 || vertices[i][k] > kCell) {
+      if (corner[k] + 1 >= static_cast<std::int32_t>(grid.nodes[k]) || vertices[i][k] < 0 ||
+          vertices[i][k] > kCell) {
         return {ErrorCode::kInvalidArgument, "frame " + std::to_string(timing.number) + ": vertex " +
                                                  std::to_string(i) + " is not in its cell of the grid"};
       }
     }
   }
-  ISOREEL_ASSIGN(Packet packet,
-                 state_->code(SignBitmap::fromCells(grid.nodes, cells, filled), cells, vertices, timing, sizes));
+  ISOREEL_ASSIGN(Packet packet, state_->code(SignBitmap::fromCells(grid.nodes, cells, filled), cells,
+                                             vertices, timing, sizes));
   packet.header.error_kind = ErrorKind::kNone;  // what the surface was made from is not known here
   packet.header.error_rms = packet.header.error_max = 0;
   return packet;
@@ -125,10 +126,8 @@ Result<Packet> Encoder::State::code(const SignBitmap& bitmap, std::span<const Ce
       vertices, {static_cast<std::int32_t>(header.step), static_cast<std::int32_t>(header.tangential_step)}};
   ISOREEL_ASSIGN(CodedFrame coded, codeIntra(input));
   const bool predicts = (settings.configuration.tools & kToolPrediction) != 0;
-  if (predicts && last && timing.number == *last + 1 &&
-      timing.number - key < settings.gop) {
-    ISOREEL_ASSIGN(CodedFrame predicted,
-                   codePredicted(input, reference, settings.motion, models));
+  if (predicts && last && timing.number == *last + 1 && timing.number - key < settings.gop) {
+    ISOREEL_ASSIGN(CodedFrame predicted, codePredicted(input, reference, settings.motion, models));
     // An I frame is a place to seek to: worth a fiftieth of it.
     if (50 * predicted.payload.size() < 49 * (coded.payload.size() + record.size())) {
       coded = std::move(predicted);

@@ -16,8 +16,9 @@ SignBitmap SignBitmap::empty(const std::array<std::uint32_t, 3>& nodes) {
   return result;
 }
 
-// Neighbours differ in sign only where an active cell knows both of them. So whatever is not known is as the nodes
-// before it in its row, or behind them at the start; a row of which nothing is known is as the row beside it.
+// Neighbours differ in sign only where an active cell knows both of them. So whatever is not known is as the
+// nodes before it in its row, or behind them at the start; a row of which nothing is known is as the row
+// beside it.
 SignBitmap SignBitmap::fromCells(const std::array<std::uint32_t, 3>& nodes, std::span<const Cell> cells,
                                  bool filled) {
   SignBitmap known = empty(nodes), inside = empty(nodes);
@@ -31,11 +32,13 @@ SignBitmap SignBitmap::fromCells(const std::array<std::uint32_t, 3>& nodes, std:
   const auto firstKnown = [&](std::uint32_t y, std::uint32_t z) {
     const std::uint64_t* row = known.row(y, z);
     for (std::size_t w = 0; w < known.row_words_; ++w) {
-      if (row[w] != 0) return static_cast<std::uint32_t>(w * 64) + static_cast<std::uint32_t>(std::countr_zero(row[w]));
+      if (row[w] != 0)
+        return static_cast<std::uint32_t>(w * 64) + static_cast<std::uint32_t>(std::countr_zero(row[w]));
     }
     return nodes[0];
   };
-  std::optional<bool> start;  // the sign at the start of the row before; in front of all, that of the first that is known
+  std::optional<bool>
+      start;  // the sign at the start of the row before; in front of all, that of the first that is known
   for (std::uint32_t row = 0; row < nodes[1] * std::uint64_t{nodes[2]} && !start; ++row) {
     const std::uint32_t x = firstKnown(row % nodes[1], row / nodes[1]);
     if (x < nodes[0]) start = inside.at(x, row % nodes[1], row / nodes[1]);

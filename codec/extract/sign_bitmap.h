@@ -19,9 +19,10 @@ class SignBitmap {
   static Result<SignBitmap> make(const Volume& volume, double isovalue, Inside inside, NonFinite non_finite,
                                  const ParallelFor& parallel);
 
-  /// The signs that go with `cells`, all active cells of a surface; `filled`: whether all is inside when there are
-  /// none.
-  static SignBitmap fromCells(const std::array<std::uint32_t, 3>& nodes, std::span<const Cell> cells, bool filled);
+  /// The signs that go with `cells`, all active cells of a surface; `filled`: whether all is inside when
+  /// there are none.
+  static SignBitmap fromCells(const std::array<std::uint32_t, 3>& nodes, std::span<const Cell> cells,
+                              bool filled);
 
   bool at(std::uint32_t x, std::uint32_t y, std::uint32_t z) const {
     return row(y, z)[x / 64] >> (x % 64) & 1;

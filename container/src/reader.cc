@@ -69,8 +69,8 @@ struct Reader::State {
   Result<Bytes> chunk(std::uint64_t entry);
 };
 
-// The end of the last chunk that is worth fetching with that of `entry`: announced, and with more of what is asked
-// for than of other things in between.
+// The end of the last chunk that is worth fetching with that of `entry`: announced, and with more of what is
+// asked for than of other things in between.
 std::uint64_t Reader::State::runEnd(std::uint64_t entry) const {
   const std::vector<FrameEntry>& entries = track().entries;
   const FrameEntry& first = entries[static_cast<std::size_t>(entry)];
@@ -97,7 +97,8 @@ Result<Bytes> Reader::State::chunk(std::uint64_t entry) {
     run = {};
     if (end == frame.offset + frame.bytes) return readExactly(*source, frame.offset, frame.bytes);
     Result<Bytes> fetched = readExactly(*source, frame.offset, end - frame.offset);
-    if (!fetched) return readExactly(*source, frame.offset, frame.bytes);  // the file may have been cut further on
+    if (!fetched)
+      return readExactly(*source, frame.offset, frame.bytes);  // the file may have been cut further on
     run = *std::move(fetched);
     run_offset = frame.offset;
   }
@@ -149,7 +150,7 @@ std::uint64_t Reader::chunkBytes(std::uint64_t entry) const {
 std::uint64_t Reader::entryBytes(std::uint64_t entry) const {
   const FrameEntry& frame = state_->track().entries[static_cast<std::size_t>(entry)];
   Bytes start;  // with a packet length of one byte
-  if (!appendFrameStart(start, state_->track().record.id, frame.header, 0).ok()) return 0;
+  if (!appendFrameStart(start, state_->track().record.id, frame.header, 1).ok()) return 0;
   const std::uint64_t rest = frame.bytes - std::min(frame.bytes, kChunkOverhead + start.size() - 1);
   for (std::uint64_t length = 1; length <= 5 && length < rest; ++length) {
     if ((rest - length) >> (7 * length) == 0) return rest - length;
@@ -178,8 +179,7 @@ Result<Bytes> Reader::entryPacket(std::uint64_t entry) {
     ISOREEL_ASSIGN(Bytes chunk, state_->chunk(entry));
     return packetOf(std::move(chunk), state_->track().record.id, frame);
   };
-  return withoutThrowing(read)
-      .at(source.name() + ": " + framePlace(frame.header, frame.offset));
+  return withoutThrowing(read).at(source.name() + ": " + framePlace(frame.header, frame.offset));
 }
 
 Status Reader::extract(const std::string& name, ByteSink& out) {

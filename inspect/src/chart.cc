@@ -18,8 +18,10 @@ constexpr double kSmall = 11.5, kNormal = 13, kLarge = 16;
 struct Rgb {
   double r, g, b;
 };
-constexpr Rgb kInk{0.13, 0.15, 0.19}, kFaint{0.87, 0.88, 0.90}, kGrey{0.42, 0.45, 0.50}, kMark{0.80, 0.25, 0.20};
-constexpr std::array<Rgb, 4> kKinds{{{0.85, 0.49, 0.13}, {0.20, 0.45, 0.70}, {0.30, 0.60, 0.35}, {0.55, 0.40, 0.65}}};
+constexpr Rgb kInk{0.13, 0.15, 0.19}, kFaint{0.87, 0.88, 0.90}, kGrey{0.42, 0.45, 0.50},
+    kMark{0.80, 0.25, 0.20};
+constexpr std::array<Rgb, 4> kKinds{
+    {{0.85, 0.49, 0.13}, {0.20, 0.45, 0.70}, {0.30, 0.60, 0.35}, {0.55, 0.40, 0.65}}};
 constexpr Rgb kLine = kKinds[1];
 
 /// Values that are easy to read, at most `most` steps of 1, 2 or 5 times a power of ten from low to high.
@@ -31,7 +33,8 @@ std::vector<double> ticks(double low, double high, int most, bool whole) {
   }
   if (whole) step = std::max(1.0, std::round(step));
   std::vector<double> result;
-  for (double at = std::ceil(low / step - 1e-6); at * step <= high + step * 1e-6; ++at) result.push_back(at * step);
+  for (double at = std::ceil(low / step - 1e-6); at * step <= high + step * 1e-6; ++at)
+    result.push_back(at * step + 0.0);  // not -0
   return result;
 }
 
@@ -108,7 +111,7 @@ class Page {
     text(kLeft, top - 8, row.title, kNormal);
     colour(kGrey);
     text(kWidth - kRight, top - 8, row.note, kSmall, 1);
-    for (const double at : ticks(low, high, 4, steps)) {
+    for (const double at : ticks(low, high, 5, steps)) {
       colour(kFaint);
       line(kLeft, up(at), kWidth - kRight, up(at), 1);
       colour(kInk);
@@ -140,7 +143,8 @@ class Page {
       for (std::size_t i = 0; i < row.values.size(); ++i) {
         if (row.kinds[i] != kind) continue;
         const double x = across(chart_.times[i]), width = across(ending(i)) - x;
-        cairo_rectangle(cairo_, x, up(row.values[i]), width > 3 ? width - 1 : width, up(0) - up(row.values[i]));
+        cairo_rectangle(cairo_, x, up(row.values[i]), width > 3 ? width - 1 : width,
+                        up(0) - up(row.values[i]));
       }
       cairo_fill(cairo_);
       cairo_rectangle(cairo_, legend, base - 9, 10, 10);

@@ -61,14 +61,37 @@ TEST_F(CutTest, TrimKeepsPacketsAndTimesAndTellsWhatIsHidden) {
   EXPECT_EQ(totals["hidden"], 2);
   EXPECT_EQ(totals["bytes"], bytes("cut.isr"));
   EXPECT_EQ(times("cut.isr"), (std::vector<double>{0.2, 0.24}));
-  ok("isoreel verify cut.isr && cat cut.isr | isoreel decode - -o pipe/%05d.obj && isoreel decode cut.isr -o file/%05d.obj");
+  ok("isoreel verify cut.isr && cat cut.isr | isoreel decode - -o pipe/%05d.obj && isoreel decode cut.isr -o "
+     "file/%05d.obj");
   ok("isoreel decode seq.isr -o whole/%05d.obj");
   EXPECT_EQ(list("pipe"), (std::vector<std::string>{"00000.obj", "00001.obj"}));
   EXPECT_EQ(content("pipe/00000.obj"), content("whole/00005.obj"));
   EXPECT_EQ(content("file/00001.obj"), content("whole/00006.obj"));
-  EXPECT_NE(ok("isoreel trim cut.isr -o twice.isr --from 1 --shift").find("3 packets"), std::string::npos);
-  EXPECT_EQ(hashes("twice.isr"), std::vector<std::uint64_t>{hashes("seq.isr")[6]});
+  ok("isoreel trim seq.isr -o once.isr --from 4 --to 6");
+  EXPECT_NE(ok("isoreel trim once.isr -o twice.isr --from 1 --shift").find("2 packets"), std::string::npos);
+  EXPECT_EQ(hashes("twice.isr"), std::vector<std::uint64_t>{hashes("seq.isr")[5]});
   EXPECT_EQ(times("twice.isr"), std::vector<double>{0});
+}
+
+TEST_F(CutTest, RecodedFramesNeedNothingInFrontOfThem) {
+  const auto totals = json("isoreel trim seq.isr -o cut.isr --from 1 --to 7 --recode --json");
+  EXPECT_EQ(totals["hidden"], 0);
+  EXPECT_EQ(totals["recoded"], 2);
+  EXPECT_GT(totals["moved"], 0);
+  EXPECT_LE(totals["moved"], 0.0313 * std::sqrt(19));
+  ok("isoreel verify cut.isr");
+  const auto all = json("isoreel info seq.isr --frames --json")["frame_list"],
+             cut = json("isoreel info cut.isr --frames --json")["frame_list"];
+  ASSERT_EQ(cut.size(), 6u);
+  EXPECT_EQ(cut[0]["type"], "I");
+  EXPECT_EQ(cut[0]["error"]["against"], "none");
+  for (std::size_t i = 0; i < 6; ++i) {
+    for (const char* fact : {"time", "vertices", "faces", "components", "euler", "isovalue"})
+      EXPECT_EQ(cut[i][fact], all[i + 1][fact]) << fact << " of " << i;
+    EXPECT_NEAR(cut[i]["volume"].get<double>(), all[i + 1]["volume"].get<double>(),
+                0.001 * all[i + 1]["volume"].get<double>());
+    if (i >= 2) EXPECT_EQ(cut[i]["hash"], all[i + 1]["hash"]) << "packets of other GOPs are copied";
+  }
 }
 
 TEST_F(CutTest, TrimByTime) {
@@ -117,7 +140,8 @@ TEST_F(CutTest, CutsOfAFileFitTogetherAgain) {
   ok("isoreel trim seq.isr -o a.isr --from 4 --to 6 && isoreel trim seq.isr -o b.isr --from 2 --to 4");
   EXPECT_EQ(json("isoreel concat a.isr b.isr a.isr -o mixed.isr --json")["hidden"], 1 + 2 + 0);
   const auto all = hashes("seq.isr");
-  EXPECT_EQ(hashes("mixed.isr"), (std::vector<std::uint64_t>{all[4], all[5], all[2], all[3], all[4], all[5]}));
+  EXPECT_EQ(hashes("mixed.isr"),
+            (std::vector<std::uint64_t>{all[4], all[5], all[2], all[3], all[4], all[5]}));
   ok("isoreel verify mixed.isr");
 }
 
@@ -152,8 +176,7 @@ TEST_F(CutTest, ConcatOfFilesThatDiffer) {
 TEST_F(CutTest, ShardsAreTheSerialFile) {
   // Two GOPs and a half, over one to seven machines.
   const std::string encode = "isoreel encode seq.json --iso 0 --gop 3 --tag title=balls --force";
-  for (const std::vector<int>& cuts :
-       {std::vector<int>{0, 8}, {0, 3, 8}, {0, 6, 8}, {0, 3, 6, 8}}) {
+  for (const std::vector<int>& cuts : {std::vector<int>{0, 8}, {0, 3, 8}, {0, 6, 8}, {0, 3, 6, 8}}) {
     std::string names;
     for (std::size_t i = 0; i + 1 < cuts.size(); ++i) {
       ok(fmt::format("{} -o s{}.isr --frames {}:{}", encode, i, cuts[i], cuts[i + 1]));
@@ -165,7 +188,8 @@ TEST_F(CutTest, ShardsAreTheSerialFile) {
   ok("isoreel encode seq.json --iso 0 --gop 1 -o intra.isr");
   std::string names;
   for (int i = 0; i < 7; ++i) {
-    ok(fmt::format("isoreel encode seq.json --iso 0 --gop 1 -o t{}.isr --frames {}:{}", i, i, i == 6 ? 8 : i + 1));
+    ok(fmt::format("isoreel encode seq.json --iso 0 --gop 1 -o t{}.isr --frames {}:{}", i, i,
+                   i == 6 ? 8 : i + 1));
     names += fmt::format(" t{}.isr", i);
   }
   EXPECT_EQ(json("isoreel concat --json -o seven.isr" + names)["shards"], true);
@@ -181,7 +205,8 @@ TEST_F(CutTest, ShardsThatDoNotFitAreListed) {
   fails("isoreel concat 0_3.isr 2_6.isr 6_8.isr -o x.isr", 1, "frames 2:3 are in 0_3.isr and in 2_6.isr");
   fails("isoreel concat 0_3.isr 2_6.isr 6_8.isr -o x.isr", 1, "2_6.isr starts at frame 2, inside a GOP of 3");
   ok(encode + " -o other.isr --frames 3:6 --step 1/32");
-  fails("isoreel concat 0_3.isr other.isr 6_8.isr -o x.isr", 1, "other.isr: a setting is not that of 0_3.isr");
+  fails("isoreel concat 0_3.isr other.isr 6_8.isr -o x.isr", 1,
+        "other.isr: a setting is not that of 0_3.isr");
   EXPECT_FALSE(there("x.isr") || there("x.isr.part"));
   EXPECT_EQ(json("isoreel concat 0_3.isr 6_8.isr -o x.isr --no-shards --json")["frames"], 5);
   ok("isoreel verify x.isr");

@@ -63,7 +63,9 @@ TEST(EncodeAgain, IntraFramesHardlyChange) {
 
 TEST(EncodeAgain, PredictedFramesMoveAlongTheirNormalsByHalfAStep) {
   const Grid grid = made::gridOf(25, 25, 25);
-  const auto at = [&](double t) { return made::sampled(grid, made::sphere(11 + 0.4 * t, 12, 12 - 0.3 * t, 7)); };
+  const auto at = [&](double t) {
+    return made::sampled(grid, made::sphere(11 + 0.4 * t, 12, 12 - 0.3 * t, 7));
+  };
   EncoderSettings settings = made::settings({"sphere", at(0)});
   settings.frame_types = FrameTypes::kAuto;
   auto encoder = Encoder::create(settings), other = Encoder::create(settings);
@@ -83,7 +85,8 @@ TEST(EncodeAgain, PredictedFramesMoveAlongTheirNormalsByHalfAStep) {
     // Half a step along the normal; along the tangents too where a wall of the cell had cut it short.
     EXPECT_LE(farthest(*surface, *second), kCell / 32.0 * std::sqrt(1 + 9 + 9));
     std::size_t far = 0;
-    for (std::size_t v = 0; v < surface->vertices.size(); ++v) far += distance(*surface, *second, v) > kCell / 32.0 + 3;
+    for (std::size_t v = 0; v < surface->vertices.size(); ++v)
+      far += distance(*surface, *second, v) > kCell / 32.0 + 3;
     EXPECT_LT(far, surface->vertices.size() / 20);
   }
 }

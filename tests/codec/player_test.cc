@@ -116,6 +116,22 @@ TEST(Player, DecodesNothingTwiceForwardOrBackward) {
   EXPECT_EQ(source.reads, 8u) << "back and forth";
 }
 
+TEST(Player, RandomSeeksGiveWhatPlayingForwardGives) {
+  MadeSource source = movingSphere(12, 5);
+  std::vector<std::uint64_t> linear;
+  Decoder decoder;
+  for (const Packet& packet : source.packets) linear.push_back(surfaceHash(*decoder.decode(packet.data)));
+  made::Random random(3);
+  // Room for three surfaces: most seeks decode, from the key, from where the decoder is, or not at all.
+  Player player(source, 3 * 32 * std::uint64_t{source.packets[0].header.vertices});
+  for (int seek = 0; seek < 1000; ++seek) {
+    const std::uint64_t frame = random() % source.packets.size();
+    const auto surface = player.frame(frame);
+    ASSERT_TRUE(surface.ok()) << surface.error().message;
+    ASSERT_EQ(surfaceHash(*surface), linear[frame]) << seek;
+  }
+}
+
 TEST(Player, BackwardThroughALongGopIsBoundedWork) {
   MadeSource source = movingSphere(16, 16);
   const std::uint32_t vertices = source.packets[0].header.vertices;

@@ -19,10 +19,10 @@ struct ChartRow {
   std::string title;  // with the unit; UTF-8
   std::string note;   // at the right of the title
   Style style = Style::kCurve;
-  std::vector<double> values;          // one for each frame, finite
-  std::vector<std::size_t> kinds;      // of bars: which of `kind_names` each is
+  std::vector<double> values;           // one for each frame, finite
+  std::vector<std::size_t> kinds;       // of bars: which of `kind_names` each is
   std::vector<std::string> kind_names;  // at most 4, for the legend
-  std::vector<std::size_t> marks;      // frames that get a dashed line through the row
+  std::vector<std::size_t> marks;       // frames that get a dashed line through the row
 };
 
 /// Values of a sequence over time.
