@@ -2,7 +2,6 @@
 #pragma once
 
 #include <isoreel/base/packet.h>
-#include <isoreel/container/byte_sink.h>
 #include <isoreel/container/byte_source.h>
 #include <isoreel/container/file_info.h>
 
@@ -42,9 +41,9 @@ class Reader final : public PacketSource {
   std::uint64_t chunkOffset(std::uint64_t entry) const;
   std::uint64_t chunkBytes(std::uint64_t entry) const;
 
-  /// Appends an attachment's content to `out`, a part at a time, and checks it. kNotFound when there is none
-  /// of that name; what went into `out` before a later error is not to be used. Does not commit `out`.
-  Status extract(const std::string& name, ByteSink& out);
+  /// An attachment's content, checked as it is read, a part in memory at a time: read it front to back.
+  /// kNotFound when there is none of that name. Not to outlive the reader.
+  Result<std::unique_ptr<ByteSource>> openAttachment(const std::string& name);
 
  private:
   struct State;
