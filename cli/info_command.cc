@@ -8,19 +8,14 @@
 
 #include "command.h"
 #include "input.h"
+#include "metadata.h"
 
 namespace isoreel::cli {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
-/// Names of files may be no UTF-8.
-std::string dumped(const Json& json, int indent = -1) {
-  return json.dump(indent, ' ', false, Json::error_handler_t::replace);
-}
-
 struct InfoOptions {
   std::string input;
+  std::string track;
   bool json = false;
   bool frames = false;
   bool packets = false;
@@ -79,20 +74,11 @@ Json packetJson(const PacketHeader& header, std::size_t bytes) {
           {"sections", sections}};
 }
 
-/// The tags, or null when they are no JSON. What is nested deeper than anyone writes is left out: printing
-/// recurses.
-Json tagsOf(const FileInfo& info) {
-  const auto keep = [](int depth, Json::parse_event_t, Json&) { return depth < 64; };
-  Json tags = Json::parse(info.tags, keep, false);
-  return tags.is_discarded() ? Json(nullptr) : tags;
-}
-
-/// Tags come from anywhere: a terminal must not obey what is in them.
-std::string printable(const Json& value) {
-  const std::string text = value.is_string() ? value.get<std::string>() : "";
-  const bool plain =
-      std::none_of(text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; });
-  return value.is_string() && plain ? text : dumped(value);
+Json tracksJson(const FileInfo& info) {
+  Json tracks = Json::array();
+  for (const TrackInfo& track : info.tracks)
+    tracks.push_back({{"id", track.id}, {"name", track.name}, {"frames", track.frames}});
+  return tracks;
 }
 
 Json fileJson(const Input& input) {
@@ -125,6 +111,9 @@ Json fileJson(const Input& input) {
             {"spacing", c.grid.spacing},
             {"direction", c.grid.direction},
             {"levels", octreeDepth(c.grid) + 1}}},
+          {"tracks", tracksJson(input.info)},
+          {"chapters", chaptersJson(input.info)},
+          {"attachments", attachmentsJson(input.info)},
           {"damage", input.info.damage},
           {"tags", tagsOf(input.info)}};
 }
@@ -147,6 +136,13 @@ void printFile(const std::string& path, const Json& file, const Input& input) {
              file["inside"].get<std::string>(), file["step"].get<double>(), file["vertices"].dump());
   fmt::print("  uuid     {}\n", file["uuid"].get<std::string>());
   for (const std::string& line : input.info.damage) fmt::print("  damage   {}\n", line);
+  if (file["tracks"].size() > 1) {
+    for (const Json& track : file["tracks"])
+      fmt::print("  track    {} '{}', {} frames\n", track["id"].dump(), printable(track["name"]),
+                 track["frames"].dump());
+  }
+  for (const std::string& line : chapterLines(input.info)) fmt::print("  {}\n", line);
+  for (const Attachment& a : input.info.attachments) fmt::print("  attached {}\n", attachmentLine(a));
   if (!file["tags"].is_object()) return;
   for (const auto& [key, value] : file["tags"].items())
     fmt::print("  {:<8} {}\n", printable(key), printable(value));
@@ -166,7 +162,7 @@ void printFrames(const Input& input) {
 }
 
 Status info(const InfoOptions& options) {
-  ISOREEL_ASSIGN(const Input input, openInput(options.input));
+  ISOREEL_ASSIGN(const Input input, openInput(options.input, options.track));
   Json file = fileJson(input);
   if (options.frames) {
     file["frame_list"] = Json::array();
@@ -216,6 +212,7 @@ void addInfoCommand(CLI::App& app, Action& chosen) {
                  "The facts of every frame: time, counts, area, volume, components, error");
   verb->add_flag("--packets", options->packets, "Type, references and sections of every packet");
   verb->add_flag("--json", options->json, "One JSON object");
+  addTrackOption(*verb, options->track);
   verb->callback([options, &chosen] { chosen = [options] { return info(*options); }; });
 }
 

@@ -6,6 +6,7 @@
 #include "src/chunk.h"
 #include "src/contents.h"
 #include "src/open.h"
+#include "src/scan.h"
 
 namespace isoreel {
 namespace {
@@ -107,6 +108,19 @@ Result<std::unique_ptr<Reader>> Reader::open(std::unique_ptr<ByteSource> source,
   const Status status = withoutThrowing(opened).at(bytes.name());
   if (!status.ok()) return status;
   return std::unique_ptr<Reader>(new Reader(std::move(state)));
+}
+
+Result<FileInfo> scanFile(ByteSource& source) {
+  if (!source.seekable() || !source.size())
+    return {ErrorCode::kInvalidArgument, source.name() + ": a pipe cannot be scanned"};
+  const auto scan = [&]() -> Result<FileInfo> {
+    Contents contents;
+    contents.info.bytes = *source.size();
+    ISOREEL_TRY(scanChunks(source, *source.size(), contents));
+    ISOREEL_ASSIGN(std::ignore, contents.choose(""));
+    return std::move(contents.info);
+  };
+  return withoutThrowing(scan).at(source.name());
 }
 
 const FileInfo& Reader::info() const { return state_->contents.info; }

@@ -51,6 +51,10 @@ class Reader final : public PacketSource {
   std::unique_ptr<State> state_;
 };
 
+/// What a file holds when its index is not believed: every chunk is looked at, and `damage` lists what has to
+/// be left out. The source must be seekable. Errors as of Reader::open().
+Result<FileInfo> scanFile(ByteSource& source);
+
 /// Plays one track forward without the index, from a pipe for one, and checks every byte of the file: any
 /// flipped bit of any chunk is an error, which names byte and frame. Needs memory for one packet. Reads no
 /// further than the frame it gives. Safe for untrusted input. Not thread-safe.
