@@ -22,6 +22,7 @@ using Json = nlohmann::ordered_json;
 
 struct CompareOptions {
   std::string input;
+  std::string track;
   VolumeInput volumes;
   std::string frames;
   VertexPlacement placement = VertexPlacement::kQef;
@@ -61,7 +62,7 @@ Json bothWays(const inspect::SurfaceDistance& d) {
 }
 
 Status compare(const CompareOptions& options) {
-  ISOREEL_ASSIGN(const Input input, openInput(options.input));
+  ISOREEL_ASSIGN(const Input input, openInput(options.input, options.track));
   ISOREEL_ASSIGN(const std::unique_ptr<io::VolumeSequence> volumes,
                  io::openVolumes(options.volumes.paths, options.volumes.options));
   warnOfDamage(input.info, options.input);
@@ -162,6 +163,7 @@ void addCompareCommand(CLI::App& app, Action& chosen) {
   verb->add_option("--jobs", options->jobs, "Threads, and frames under way at once; 0: one a core")
       ->check(CLI::Range(0, 256));
   verb->add_flag("--json", options->json, "One JSON object");
+  addTrackOption(*verb, options->track);
   verb->callback([options, &chosen] { chosen = [options] { return compare(*options); }; });
 }
 

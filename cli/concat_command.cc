@@ -7,7 +7,7 @@
 #include "command.h"
 #include "copy.h"
 #include "input.h"
-#include "json.h"
+#include "metadata.h"
 #include "output.h"
 #include "progress.h"
 #include "shards.h"

@@ -10,7 +10,6 @@
 
 #include "input.h"
 #include "interrupt.h"
-#include "spool.h"
 
 namespace isoreel::cli {
 
@@ -52,10 +51,9 @@ Status copyAttachments(SourceFile& source, Writer& writer) {
     if (std::any_of(there.begin(), there.end(),
                     [&](const Attachment& a) { return a.name == attachment.name; }))
       continue;
-    ISOREEL_ASSIGN(const Spool spool, makeSpool());
-    if (const Status status = source.tracks.front()->extract(attachment.name, *spool.sink); !status.ok())
-      return named(status, source.path);
-    ISOREEL_TRY(writer.attach(attachment.name, attachment.media_type, *spool.source));
+    ISOREEL_ASSIGN(const std::unique_ptr<ByteSource> content,
+                   source.tracks.front()->openAttachment(attachment.name));
+    ISOREEL_TRY(writer.attach(attachment.name, attachment.media_type, *content));
   }
   return {};
 }

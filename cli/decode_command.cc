@@ -23,6 +23,8 @@ namespace {
 
 struct DecodeCommandOptions {
   std::string input;
+  std::string track;
+  bool follow = false;
   std::string output;
   std::string frames;
   std::optional<int> level;
@@ -39,9 +41,11 @@ class ChosenFrames {
  public:
   static Result<ChosenFrames> open(const DecodeCommandOptions& options) {
     ChosenFrames result;
-    ISOREEL_ASSIGN(std::unique_ptr<ByteSource> source, openFile(options.input));
+    ISOREEL_ASSIGN(std::unique_ptr<ByteSource> source,
+                   options.follow ? followFile(options.input, [] { return interrupted.load(); })
+                                  : openFile(options.input));
     if (source->seekable()) {
-      ISOREEL_ASSIGN(result.reader_, Reader::open(std::move(source)));
+      ISOREEL_ASSIGN(result.reader_, Reader::open(std::move(source), options.track));
       warnOfDamage(result.reader_->info(), options.input);
       result.range_ =
           parseFrames(options.frames, timelineOf(*result.reader_, result.reader_->info().time_base));
@@ -55,7 +59,7 @@ class ChosenFrames {
         result.first_number_ = reader.header(result.range_.begin).number;
       }
     } else {
-      ISOREEL_ASSIGN(result.stream_, StreamReader::open(std::move(source)));
+      ISOREEL_ASSIGN(result.stream_, StreamReader::open(std::move(source), options.track));
       result.range_ = parseFrames(options.frames, {.count = kUnknownEnd, .base = {}, .time = {}});
       result.first_number_ = result.range_.begin;
       if (result.range_.end != kUnknownEnd) result.total_ = result.range_.size();
@@ -258,6 +262,9 @@ void addDecodeCommand(CLI::App& app, Action& chosen) {
       ->check(CLI::Range(0, 256));
   verb->add_flag("--force", options->force, "Replace meshes that are there already");
   verb->add_flag("--json", options->json, "End with the totals as one JSON object");
+  verb->add_flag("--follow", options->follow,
+                 "Go on while the file is being written, GOP by GOP, until its writer finishes");
+  addTrackOption(*verb, options->track);
   verb->callback([options, &chosen] { chosen = [options] { return decode(*options); }; });
 }
 

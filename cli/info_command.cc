@@ -9,7 +9,7 @@
 #include "command.h"
 #include "facts.h"
 #include "input.h"
-#include "json.h"
+#include "metadata.h"
 #include "output.h"
 
 namespace isoreel::cli {
@@ -17,6 +17,7 @@ namespace {
 
 struct InfoOptions {
   std::string input;
+  std::string track;
   bool json = false;
   bool frames = false;
   bool packets = false;
@@ -82,12 +83,11 @@ Json packetJson(const PacketHeader& header, std::size_t bytes) {
           {"sections", sections}};
 }
 
-/// Tags come from anywhere: a terminal must not obey what is in them.
-std::string printable(const Json& value) {
-  const std::string text = value.is_string() ? value.get<std::string>() : "";
-  const bool plain =
-      std::none_of(text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; });
-  return value.is_string() && plain ? text : dumped(value);
+Json tracksJson(const FileInfo& info) {
+  Json tracks = Json::array();
+  for (const TrackInfo& track : info.tracks)
+    tracks.push_back({{"id", track.id}, {"name", track.name}, {"frames", track.frames}});
+  return tracks;
 }
 
 Json fileJson(const Input& input) {
@@ -120,8 +120,11 @@ Json fileJson(const Input& input) {
             {"spacing", c.grid.spacing},
             {"direction", c.grid.direction},
             {"levels", octreeDepth(c.grid) + 1}}},
+          {"tracks", tracksJson(input.info)},
+          {"chapters", chaptersJson(input.info)},
+          {"attachments", attachmentsJson(input.info)},
           {"damage", input.info.damage},
-          {"tags", parsedTags(input.info.tags)}};
+          {"tags", tagsOf(input.info)}};
 }
 
 void printFile(const std::string& path, const Json& file, const Input& input) {
@@ -141,6 +144,13 @@ void printFile(const std::string& path, const Json& file, const Input& input) {
              file["inside"].get<std::string>(), file["step"].get<double>(), file["vertices"].dump());
   fmt::print("  uuid     {}\n", file["uuid"].get<std::string>());
   for (const std::string& line : input.info.damage) fmt::print("  damage   {}\n", line);
+  if (file["tracks"].size() > 1) {
+    for (const Json& track : file["tracks"])
+      fmt::print("  track    {} '{}', {} frames\n", track["id"].dump(), printable(track["name"]),
+                 track["frames"].dump());
+  }
+  for (const std::string& line : chapterLines(input.info)) fmt::print("  {}\n", line);
+  for (const Attachment& a : input.info.attachments) fmt::print("  attached {}\n", attachmentLine(a));
   if (!file["tags"].is_object()) return;
   for (const auto& [key, value] : file["tags"].items())
     fmt::print("  {:<8} {}\n", printable(key), printable(value));
@@ -188,7 +198,7 @@ void printEvents(const Json& events) {
 
 Status info(const InfoOptions& options) {
   if (!options.plot.empty()) ISOREEL_TRY(mayWrite(options.plot, options.force));
-  ISOREEL_ASSIGN(const Input input, openInput(options.input));
+  ISOREEL_ASSIGN(const Input input, openInput(options.input, options.track));
   Json file = fileJson(input);
   if (options.frames) {
     file["frame_list"] = Json::array();
@@ -253,6 +263,7 @@ void addInfoCommand(CLI::App& app, Action& chosen) {
           "FILE.svg"));
   verb->add_flag("--force", options->force, "Replace the picture when it is there already");
   verb->add_flag("--json", options->json, "One JSON object");
+  addTrackOption(*verb, options->track);
   verb->callback([options, &chosen] { chosen = [options] { return info(*options); }; });
 }
 

@@ -30,15 +30,15 @@ class PacketsInMemory final : public PacketSource {
   std::vector<std::uint64_t> shown_;
 };
 
-Result<Input> openUnnamed(const std::string& path) {
+Result<Input> openUnnamed(const std::string& path, const std::string& track) {
   ISOREEL_ASSIGN(std::unique_ptr<ByteSource> source, openFile(path));
   Input input;
   if (source->seekable()) {
-    ISOREEL_ASSIGN(std::unique_ptr<Reader> reader, Reader::open(std::move(source)));
+    ISOREEL_ASSIGN(std::unique_ptr<Reader> reader, Reader::open(std::move(source), track));
     input.info = reader->info();
     input.packets = std::move(reader);
   } else {
-    ISOREEL_ASSIGN(const std::unique_ptr<StreamReader> stream, StreamReader::open(std::move(source)));
+    ISOREEL_ASSIGN(const std::unique_ptr<StreamReader> stream, StreamReader::open(std::move(source), track));
     std::vector<Packet> packets;
     std::vector<std::string> damage;
     for (;;) {
@@ -69,8 +69,14 @@ Result<Input> openUnnamed(const std::string& path) {
 
 }  // namespace
 
-Result<Input> openInput(const std::string& path) {
-  Result<Input> input = openUnnamed(path);
+void addTrackOption(CLI::App& verb, std::string& track) {
+  verb.add_option("--track", track,
+                  "Name or number of the track to read, where the file has several (default: the first)")
+      ->default_str("");
+}
+
+Result<Input> openInput(const std::string& path, const std::string& track) {
+  Result<Input> input = openUnnamed(path, track);
   if (!input) return named(input.status(), path);
   return input;
 }

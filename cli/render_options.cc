@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "render_options.h"
 
+#include "input.h"
+
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -72,6 +74,7 @@ inspect::RenderSettings settingsOf(const RenderOptions& options, Product product
 
 void addOptions(CLI::App& verb, RenderOptions& options) {
   verb.add_option("input", options.input, "The .isr file; - for standard input")->required();
+  addTrackOption(verb, options.track);
   verb.add_option(
           "-o,--output", options.output,
           "PNG file: one frame's picture, a contact sheet of several, or with %05d one a frame; or .mp4")

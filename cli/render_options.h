@@ -18,6 +18,7 @@ enum class Colour { kNone, kCurvature, kError };
 struct RenderOptions {
   std::string input, output, beside;
   std::string frames;
+  std::string track;
   std::string size;
   std::string camera = "35,25";
   std::string view;

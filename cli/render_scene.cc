@@ -42,7 +42,7 @@ Result<Scene> Scene::open(const RenderOptions& options) {
     throw CLI::ValidationError("--beside", "standard input holds one file only");
   for (const std::string& path : {options.input, options.beside}) {
     if (path.empty()) continue;
-    ISOREEL_ASSIGN(Input input, openInput(path));
+    ISOREEL_ASSIGN(Input input, openInput(path, options.track));
     warnOfDamage(input.info, path);
     if (input.packets->frameCount() == 0) return {ErrorCode::kNotFound, path + ": holds no frame"};
     Source source{path, std::move(input), nullptr, {}};

@@ -7,7 +7,7 @@
 #include "copy.h"
 #include "frame_range.h"
 #include "input.h"
-#include "json.h"
+#include "metadata.h"
 #include "output.h"
 #include "progress.h"
 #include "recode.h"

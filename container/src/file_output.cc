@@ -7,8 +7,10 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
 #include <cstdio>
 #include <system_error>
+#include <thread>
 
 namespace isoreel::container {
 namespace {
@@ -25,6 +27,16 @@ Status existsError(const std::filesystem::path& path) {
 bool isThere(const std::filesystem::path& path) {
   struct stat facts {};
   return lstat(path.c_str(), &facts) == 0;
+}
+
+// Whether no other writer has the file. Who follows it looks at the lock now and then, for a moment each
+// time.
+bool lockForWriting(int file) {
+  for (int i = 0; i < 10; ++i) {
+    if (flock(file, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  return false;
 }
 
 // Whether `path` still names the file that is open: another writer may have renamed it before we had the
@@ -52,7 +64,7 @@ Result<std::unique_ptr<FileOutput>> FileOutput::create(const std::filesystem::pa
   }
   if (file < 0) return ioError(part, "cannot create: " + reason(errno));
   std::unique_ptr<FileOutput> output(new FileOutput(path, part, file, overwrite));
-  if (flock(file, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+  if (!lockForWriting(file)) {
     return ioError(part, "another writer is at work on it");
   }
   if (!isOpenFile(part, file)) return ioError(part, "another writer is at work on it");
@@ -66,7 +78,7 @@ Result<std::unique_ptr<FileOutput>> FileOutput::extend(const std::filesystem::pa
   std::unique_ptr<FileOutput> output(new FileOutput(path, path, file, false));
   struct stat facts {};
   if (fstat(file, &facts) != 0 || !S_ISREG(facts.st_mode)) return ioError(path, "is not a file");
-  if (flock(file, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+  if (!lockForWriting(file)) {
     return ioError(path, "another writer is at work on it");
   }
   output->start_ = output->bytes_ = static_cast<std::uint64_t>(facts.st_size);

@@ -46,6 +46,8 @@ inline constexpr std::uint64_t kMaxChaptersPayload = std::uint64_t{1} << 21;
 inline constexpr std::uint64_t kMaxAttachments = 4096;
 inline constexpr std::uint64_t kMaxPartContent = std::uint64_t{1} << 20;  // of an attachment
 inline constexpr std::uint64_t kMaxPartPayload = std::uint64_t{1} << 21;
+inline constexpr std::uint64_t kMaxParityPayload = std::uint64_t{1} << 30;
+inline constexpr std::uint64_t kMaxParityRun = std::uint64_t{1} << 29;
 inline constexpr std::uint64_t kMaxIndexContent = std::uint64_t{1} << 28;
 inline constexpr std::uint64_t kIndexAllowance = std::uint64_t{1}
                                                  << 21;  // index content above the file's length
@@ -197,8 +199,8 @@ struct ParityHead {
   template <class Visitor>
   void fields(Visitor& v) {
     v.varint("distance", distance);
-    v.varint("length", length, 1);
-    v.varint("block", block, 1);
+    v.varint("length", length, 1, kMaxParityRun);
+    v.varint("block", block, 1, kMaxParityRun);
     v.varint("first", first, 0, kMaxBlocks - 2);
     v.varint("rows", rows, 1, kMaxBlocks - 1);
     v.require(dataBlocks() + first + rows <= kMaxBlocks, "more blocks than 256");

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "src/chunk.h"
 #include "src/index.h"
 #include "src/scan.h"
 
@@ -65,6 +66,19 @@ Status openContents(ByteSource& source, Contents& contents) {
   contents.info.bytes = *size;
   ISOREEL_ASSIGN(const bool indexed, openByIndex(source, *size, contents));
   return indexed ? Status() : scanChunks(source, *size, contents);
+}
+
+Result<Bytes> readPacket(ByteSource& source, std::uint64_t track, const FrameEntry& frame) {
+  ISOREEL_ASSIGN(Bytes chunk, readExactly(source, frame.offset, frame.bytes));
+  ISOREEL_ASSIGN(const ByteSpan payload, readChunk(chunk, kFrameType));
+  ISOREEL_ASSIGN(const FrameFacts facts, readFrameStart(payload, payload.size()));
+  if (facts.track != track || facts.header != frame.header) {
+    return {ErrorCode::kBadData, "frame header is not the one that is listed (spec container 7.2)"};
+  }
+  const auto start = chunk.begin() + static_cast<std::ptrdiff_t>(ChunkHeader::kBytes + facts.packet_start);
+  chunk.erase(std::copy(start, start + static_cast<std::ptrdiff_t>(facts.packet_bytes), chunk.begin()),
+              chunk.end());
+  return chunk;
 }
 
 }  // namespace isoreel::container

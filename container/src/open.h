@@ -13,4 +13,7 @@ Status openContents(ByteSource& source, Contents& contents);
 /// `count` bytes, which the caller knows to lie inside the source.
 Result<Bytes> readExactly(ByteSource& source, std::uint64_t offset, std::uint64_t count);
 
+/// The packet in the chunk that `frame` lists, everything checked. One read.
+Result<Bytes> readPacket(ByteSource& source, std::uint64_t track, const FrameEntry& frame);
+
 }  // namespace isoreel::container

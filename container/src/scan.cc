@@ -7,40 +7,10 @@
 #include "src/chunk.h"
 #include "src/compress.h"
 #include "src/signature.h"
+#include "src/window.h"
 
 namespace isoreel::container {
 namespace {
-
-/// A part of the source in memory, moved along as it is asked for.
-class Window {
- public:
-  static constexpr std::size_t kStep = std::size_t{1} << 18;
-
-  Window(ByteSource& source, std::uint64_t size) : source_(source), size_(size) {}
-
-  /// Bytes from `offset` on: at least `count` (at most kStep) unless the file ends before. Good until the
-  /// next call. Empty with status() set when reading failed.
-  ByteSpan at(std::uint64_t offset, std::size_t count) {
-    const std::uint64_t left = size_ - std::min(size_, offset);
-    const std::size_t wanted = static_cast<std::size_t>(std::min<std::uint64_t>(count, left));
-    if (offset < start_ || offset - start_ > bytes_.size() || bytes_.size() - (offset - start_) < wanted) {
-      bytes_.resize(static_cast<std::size_t>(std::min<std::uint64_t>(kStep, left)));
-      start_ = offset;
-      const Result<std::size_t> got = source_.read(offset, bytes_);
-      if (!got.ok()) status_ = got.status();
-      bytes_.resize(got.ok() ? std::min(*got, bytes_.size()) : 0);
-    }
-    return ByteSpan(bytes_).subspan(static_cast<std::size_t>(offset - start_));
-  }
-  const Status& status() const { return status_; }
-
- private:
-  ByteSource& source_;
-  const std::uint64_t size_;
-  std::uint64_t start_ = 0;
-  Bytes bytes_;
-  Status status_;
-};
 
 class Scanner {
  public:
@@ -101,12 +71,12 @@ class Scanner {
       return {{ErrorCode::kTruncated, "ends inside a chunk header (spec container 3.1)"}, size_};
     }
     const Result<ChunkHeader> header = readChunkHeader(front);
-    if (!header.ok()) return {header.status(), nextHeader(position + 1)};
+    if (!header.ok()) return {header.status(), window_.nextHeader(position + 1)};
     const std::uint64_t room = size_ - position - ChunkHeader::kBytes;
     if (room < kPayloadCrcBytes || header->length > room - kPayloadCrcBytes) {
       return {
           {ErrorCode::kTruncated, "ends inside a " + typeName(header->type) + " chunk (spec container 3.1)"},
-          nextHeader(position + 1)};
+          window_.nextHeader(position + 1)};
     }
     const std::uint64_t end = position + kChunkOverhead + header->length;
     if (Status limit = checkPayloadLength(*header); !limit.ok()) return {std::move(limit), end};
@@ -116,7 +86,7 @@ class Scanner {
       // payloads must not cost a CRC of the rest for each: beyond the file's size in failed payloads, whole
       // ones are passed.
       failed_bytes_ += header->length;
-      return {crc.at(typeName(header->type)), failed_bytes_ > size_ ? end : nextHeader(position + 1)};
+      return {crc.at(typeName(header->type)), failed_bytes_ > size_ ? end : window_.nextHeader(position + 1)};
     }
     return {take(*header, position, kept), end};
   }
@@ -192,26 +162,6 @@ class Scanner {
   }
   static Status tooManyTracks() {
     return {ErrorCode::kLimit, "more than " + std::to_string(kMaxTracks) + " tracks (spec container 10)"};
-  }
-
-  // The next place from `position` on where a chunk header with a good CRC stands; the end when there is
-  // none.
-  std::uint64_t nextHeader(std::uint64_t position) {
-    constexpr auto& kSync = ChunkHeader::kSync;
-    while (position + ChunkHeader::kBytes <= size_) {
-      const ByteSpan bytes = window_.at(position, ChunkHeader::kBytes);
-      if (bytes.size() < ChunkHeader::kBytes) break;
-      const auto found = std::search(bytes.begin(), bytes.end(), kSync.begin(), kSync.end());
-      const std::size_t passed = static_cast<std::size_t>(found - bytes.begin());
-      if (found == bytes.end()) {
-        position += passed - (kSync.size() - 1);  // a marker may be half in this window
-      } else if (startsChunk(window_.at(position + passed, ChunkHeader::kBytes))) {
-        return position + passed;
-      } else {
-        position += passed + 1;
-      }
-    }
-    return size_;
   }
 
   void closeGap(std::uint64_t end) {

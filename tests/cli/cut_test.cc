@@ -90,7 +90,7 @@ TEST_F(CutTest, RecodedFramesNeedNothingInFrontOfThem) {
       EXPECT_EQ(cut[i][fact], all[i + 1][fact]) << fact << " of " << i;
     EXPECT_NEAR(cut[i]["volume"].get<double>(), all[i + 1]["volume"].get<double>(),
                 0.001 * all[i + 1]["volume"].get<double>());
-    if (i >= 2) EXPECT_EQ(cut[i]["hash"], all[i + 1]["hash"]) << "packets of other GOPs are copied";
+    EXPECT_TRUE(i < 2 || cut[i]["hash"] == all[i + 1]["hash"]) << "packets of other GOPs are copied";
   }
 }
 
@@ -123,7 +123,7 @@ TEST_F(CutTest, FramesOfOtherVerbsByTime) {
 
 TEST_F(CutTest, CutsOfAFileFitTogetherAgain) {
   std::mt19937 random(7);
-  for (int round = 0; round < 4; ++round) {
+  for (int round = 0; round < 2; ++round) {
     std::string names;
     int part = 0;
     for (std::size_t from = 0; from < 8; ++part) {

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <isoreel/base/packet.h>
-#include <isoreel/container/byte_sink.h>
 #include <isoreel/container/byte_source.h>
 #include <isoreel/container/file_info.h>
 
@@ -45,15 +44,19 @@ class Reader final : public PacketSource {
   std::uint64_t chunkOffset(std::uint64_t entry) const;
   std::uint64_t chunkBytes(std::uint64_t entry) const;
 
-  /// Appends an attachment's content to `out`, a part at a time, and checks it. kNotFound when there is none
-  /// of that name; what went into `out` before a later error is not to be used. Does not commit `out`.
-  Status extract(const std::string& name, ByteSink& out);
+  /// An attachment's content, checked as it is read, a part in memory at a time: read it front to back.
+  /// kNotFound when there is none of that name. Not to outlive the reader.
+  Result<std::unique_ptr<ByteSource>> openAttachment(const std::string& name);
 
  private:
   struct State;
   explicit Reader(std::unique_ptr<State> state);
   std::unique_ptr<State> state_;
 };
+
+/// What a file holds when its index is not believed: every chunk is looked at, and `damage` lists what has to
+/// be left out. The source must be seekable. Errors as of Reader::open().
+Result<FileInfo> scanFile(ByteSource& source);
 
 /// Plays one track forward without the index, from a pipe for one, and checks every byte of the file: any
 /// flipped bit of any chunk is an error, which names byte and frame. Needs memory for one packet. Reads no
