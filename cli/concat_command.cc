@@ -24,6 +24,7 @@ struct ConcatOptions {
   std::string output;
   Times times = Times::kShift;
   bool shards = true;
+  unsigned parity = 0;
   bool force = false;
   bool json = false;
 };
@@ -211,7 +212,7 @@ Status concat(const ConcatOptions& options) {
                                                  .configuration = join.tracks.front().configuration,
                                                  .tags = join.tags,
                                                  .overwrite = options.force,
-                                                 .options = {}}));
+                                                 .options = writerOptions(options.parity)}));
   Joiner joiner(join, *writer);
   Progress progress("concat", join.files.size());
   const auto fill = [&]() -> Status {
@@ -268,6 +269,9 @@ void addConcatCommand(CLI::App& app, Action& chosen) {
       ->default_str("shift")
       ->type_name("shift|keep");
   verb->add_flag("!--no-shards", options->shards, "Join shards like any other files");
+  verb->add_option("--parity", options->parity,
+                   "Percent of parity in the new file, for 'isoreel repair'; 0: none")
+      ->check(CLI::Range(0, 100));
   verb->add_flag("--force", options->force, "Replace the output when it is there already");
   verb->add_flag("--json", options->json, "End with the totals as one JSON object");
   verb->callback([options, &chosen] { chosen = [options] { return concat(*options); }; });

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 #include <isoreel/codec/packet_header.h>
+#include <isoreel/container/parity.h>
 
 #include <algorithm>
 #include <limits>
@@ -42,6 +43,12 @@ Result<Bytes> configurationOf(Reader& reader, const Cut& cut) {
   ISOREEL_ASSIGN(const Bytes packet, reader.entryPacket(cut.begin));
   ISOREEL_ASSIGN(PacketHeader header, readPacketHeader(packet));
   return std::move(header.configuration);
+}
+
+WriterOptions writerOptions(unsigned parity) {
+  WriterOptions options;
+  if (parity > 0) options.parity = reedSolomonParity(parity);
+  return options;
 }
 
 Status copyAttachments(SourceFile& source, Writer& writer) {

@@ -37,6 +37,9 @@ Result<Cut> cutOf(const Reader& reader, std::uint64_t begin, std::uint64_t end);
 /// The configuration record of the first packet of a cut; that of the track where nothing is cut out.
 Result<Bytes> configurationOf(Reader& reader, const Cut& cut);
 
+/// With parity of so many percent, or none for 0.
+WriterOptions writerOptions(unsigned parity);
+
 /// Those of which the writer has none of that name.
 Status copyAttachments(SourceFile& source, Writer& writer);
 

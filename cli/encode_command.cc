@@ -212,9 +212,9 @@ Status encode(const EncodeOptions& options) {
   const std::vector<std::vector<double>> isovalues = trackIsovalues(options, *volumes, tracks);
   const std::uint64_t frames = isovalues.front().size();
   FrameTimes times = frameTimes(options, *volumes, isovalues.front().size());
-  const FrameRange range = parseFrames(
-      options.frames,
-      {frames, times.base, [&](std::uint64_t frame) { return times.times[static_cast<std::size_t>(frame)]; }});
+  const FrameRange range = parseFrames(options.frames, {frames, times.base, [&](std::uint64_t frame) {
+                                                          return times.times[static_cast<std::size_t>(frame)];
+                                                        }});
   std::optional<Shard> shard;
   if (range.size() < frames && !options.target.append)
     shard = Shard{range.begin, range.end, frames, options.gop};

@@ -22,6 +22,7 @@ struct TrimOptions {
   std::string track;
   bool shift = false;
   bool recode = false;
+  unsigned parity = 0;
   bool force = false;
   bool json = false;
 };
@@ -122,7 +123,7 @@ Status trim(const TrimOptions& options) {
                                                  .configuration = settings.front().configuration,
                                                  .tags = withoutShard(source.info().tags),
                                                  .overwrite = options.force,
-                                                 .options = {}}));
+                                                 .options = writerOptions(options.parity)}));
   PacketCopier copier(*writer);
   const auto fill = [&]() -> Status {
     for (std::size_t t = 1; t < settings.size(); ++t) ISOREEL_TRY(writer->addTrack(settings[t]).status());
@@ -179,6 +180,9 @@ void addTrimCommand(CLI::App& app, Action& chosen) {
       "--recode", options->recode,
       "Code the frames up to the first key again from their surfaces, instead of keeping what they need: "
       "the same faces, but vertices are rounded to the step once more");
+  verb->add_option("--parity", options->parity,
+                   "Percent of parity in the new file, for 'isoreel repair'; 0: none")
+      ->check(CLI::Range(0, 100));
   verb->add_flag("--force", options->force, "Replace the output when it is there already");
   verb->add_flag("--json", options->json, "End with the totals as one JSON object");
   verb->callback([options, &chosen] { chosen = [options] { return trim(*options); }; });

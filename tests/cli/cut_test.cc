@@ -42,13 +42,15 @@ class CutTest : public CliTest {
 };
 
 TEST_F(CutTest, EveryPairOfFramesPlaysWhatWasAskedFor) {
-  const auto all = hashes("seq.isr");
-  ASSERT_EQ(all.size(), 8u);
-  for (std::size_t from = 0; from < 8; ++from) {
-    for (std::size_t to = from + 1; to <= 8; ++to) {
-      ok(fmt::format("isoreel trim seq.isr -o cut.isr --from {} --to {} --force", from, to));
-      EXPECT_EQ(hashes("cut.isr"), std::vector<std::uint64_t>(all.begin() + static_cast<std::ptrdiff_t>(from),
-                                                              all.begin() + static_cast<std::ptrdiff_t>(to)))
+  describe("six", 25,
+           {"step_00.raw", "step_01.raw", "step_02.raw", "step_03.raw", "step_04.raw", "step_05.raw"});
+  ok("isoreel encode six.json -o six.isr --iso 0 --gop 2");
+  const auto all = hashes("six.isr");
+  ASSERT_EQ(all.size(), 6u);
+  for (int from = 0; from < 6; ++from) {
+    for (int to = from + 1; to <= 6; ++to) {
+      ok(fmt::format("isoreel trim six.isr -o cut.isr --from {} --to {} --force", from, to));
+      EXPECT_EQ(hashes("cut.isr"), std::vector<std::uint64_t>(all.begin() + from, all.begin() + to))
           << from << " " << to;
     }
   }
@@ -185,14 +187,14 @@ TEST_F(CutTest, ShardsAreTheSerialFile) {
     ok("isoreel concat -o joined.isr --force" + names);
     EXPECT_EQ(content("joined.isr"), content("seq.isr")) << names;
   }
-  ok("isoreel encode seq.json --iso 0 --gop 1 -o intra.isr");
+  const std::string other = "isoreel encode seq.json --gop 1 --track low=0 --track high=0.5 --parity 20";
+  ok(other + " -o intra.isr");
   std::string names;
   for (int i = 0; i < 7; ++i) {
-    ok(fmt::format("isoreel encode seq.json --iso 0 --gop 1 -o t{}.isr --frames {}:{}", i, i,
-                   i == 6 ? 8 : i + 1));
+    ok(fmt::format("{} -o t{}.isr --frames {}:{}", other, i, i, i == 6 ? 8 : i + 1));
     names += fmt::format(" t{}.isr", i);
   }
-  EXPECT_EQ(json("isoreel concat --json -o seven.isr" + names)["shards"], true);
+  EXPECT_EQ(json("isoreel concat --json --parity 20 -o seven.isr" + names)["shards"], true);
   EXPECT_EQ(content("seven.isr"), content("intra.isr"));
 }
 
