@@ -314,7 +314,7 @@ Status encode(const EncodeOptions& options) {
     return {status.error().code, std::string(status.message()) + target.giveUp(totals.frames)};
   ISOREEL_TRY(target.finish());
   progress.clear();
-  printSummary(options, totals, target.writer().bytesWritten(), watch.seconds());
+  printSummary(options, totals, target.bytesAdded(), watch.seconds());
   return {};
 }
 
