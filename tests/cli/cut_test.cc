@@ -175,6 +175,30 @@ TEST_F(CutTest, ConcatOfFilesThatDiffer) {
   fails("isoreel concat seq.isr below.isr -o x.isr", 1, "inside");
 }
 
+TEST_F(CutTest, ChaptersAndAttachmentsComeAlong) {
+  write("note.txt", "what this is");
+  write("other.txt", "more");
+  ok("isoreel chapter seq.isr --add 0:3=Fall --add 3:8=Splash --marker 0.2s=Impact && isoreel attach seq.isr "
+     "note.txt");
+  ok("isoreel trim seq.isr -o a.isr --from 2 --to 5 && isoreel trim seq.isr -o b.isr --from 5");
+  const auto cut = json("isoreel info a.isr --json");
+  ASSERT_EQ(cut["chapters"].size(), 2u) << cut["chapters"];
+  EXPECT_EQ(cut["chapters"][0]["title"], "Fall");
+  EXPECT_DOUBLE_EQ(cut["chapters"][0]["start"], 0.08);
+  EXPECT_DOUBLE_EQ(cut["chapters"][0]["end"], 0.12);
+  EXPECT_DOUBLE_EQ(cut["chapters"][1]["end"], 0.2);
+  EXPECT_EQ(json("isoreel info b.isr --json")["chapters"].size(), 2u) << "the marker at its start, too";
+  EXPECT_EQ(cut["attachments"][0]["name"], "note.txt");
+  ok("isoreel attach b.isr other.txt && isoreel concat b.isr a.isr -o joined.isr");
+  const auto joined = json("isoreel info joined.isr --json");
+  ASSERT_EQ(joined["chapters"].size(), 4u);
+  EXPECT_EQ(joined["chapters"][2]["title"], "Fall");
+  EXPECT_DOUBLE_EQ(joined["chapters"][2]["start"], 0.32) << "where b ends";
+  EXPECT_EQ(joined["attachments"].size(), 2u);
+  ok("isoreel extract joined.isr note.txt -o back.txt && isoreel verify joined.isr");
+  EXPECT_EQ(content("back.txt"), "what this is");
+}
+
 TEST_F(CutTest, ShardsAreTheSerialFile) {
   // Two GOPs and a half, over one to seven machines.
   const std::string encode = "isoreel encode seq.json --iso 0 --gop 3 --tag title=balls --force";

@@ -53,7 +53,7 @@ TEST_F(FactsTest, AChartOfThem) {
   fails("isoreel info seq.isr --plot facts.svg", 1, "there already");
   ok("isoreel info seq.isr --plot facts.svg --force && isoreel trim seq.isr -o one.isr --from 7");
   ok("isoreel info one.isr --plot one.svg");  // a single frame without a surface
-  fails("isoreel info seq.isr --plot facts.png", 2, "facts.png does not end in .svg");
+  fails("isoreel info seq.isr --plot facts.png", 2, "does not end in .svg");
   fails("isoreel info seq.isr --plot none/facts.svg", 1, "none/facts.svg");
 }
 
