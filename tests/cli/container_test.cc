@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Files that are continued, followed, repaired, and given tags, chapters, attachments and tracks.
+#include <isoreel/container/reader.h>
+#include <isoreel/container/writer.h>
 #include <signal.h>
 #include <unistd.h>
 
@@ -55,6 +57,48 @@ TEST_F(ContainerTest, AppendGoesOn) {
   flip("a.isr", 60);
   write("a.isr", content("a.isr").substr(0, content("a.isr").size() - 1));
   fails("isoreel encode seq.json -o a.isr --iso 0 --append", 1, "is damaged");
+}
+
+TEST_F(ContainerTest, HiddenFramesAreDecodedAndNotShown) {
+  ok("isoreel encode seq.json -o all.isr --iso 0 --gop 4 && isoreel decode all.isr -o all/%05d.ply");
+  // Frames 2 to 5: the first two of the GOP are only needed.
+  {
+    auto reader = *Reader::open(path("all.isr"));
+    WriterSettings settings;
+    settings.configuration = reader->info().configuration;
+    auto writer = *Writer::create(path("cut.isr"), settings);
+    for (std::uint64_t i = 0; i < 6; ++i) {
+      Packet packet{reader->header(i), *reader->packet(i)};
+      packet.header.number = i < 2 ? 0 : i - 2;
+      packet.header.flags = i < 2 ? FrameHeader::kHidden : 0;
+      ASSERT_TRUE(writer->write(packet).ok());
+    }
+    ASSERT_TRUE(writer->finish().ok());
+  }
+  EXPECT_EQ(json("isoreel verify cut.isr --json")["frames"], 4);
+  EXPECT_EQ(json("cat cut.isr | isoreel verify - --json")["frames"], 4);
+  const auto shown = json("isoreel info cut.isr --frames --json")["frame_list"];
+  ASSERT_EQ(shown.size(), 4u);
+  EXPECT_EQ(shown[0]["key"], 0);
+  EXPECT_EQ(shown[0]["time"], 0.08);
+  ok("isoreel decode cut.isr -o cut/%05d.ply && cat cut.isr | isoreel decode - -o pipe/%05d.ply");
+  ok("isoreel decode cut.isr -o one/%05d.ply --frames 1 && isoreel render cut.isr -o cut.png --size 64x48");
+  ok("cat cut.isr | isoreel decode - -o one/%05d.ply --frames 3");
+  for (int i = 0; i < 4; ++i) {
+    const std::string whole = content(fmt::format("all/{:05}.ply", i + 2));
+    EXPECT_EQ(content(fmt::format("cut/{:05}.ply", i)), whole) << i;
+    EXPECT_EQ(content(fmt::format("pipe/{:05}.ply", i)), whole) << i;
+  }
+  EXPECT_EQ(list("cut"), list("pipe"));
+  EXPECT_EQ(content("one/00001.ply"), content("cut/00001.ply"));
+  EXPECT_EQ(content("one/00003.ply"), content("cut/00003.ply"));
+  EXPECT_EQ(list("one").size(), 2u);
+  // The hidden key is lost: what needs it cannot be shown, and that is said; the next GOP can.
+  flip("cut.isr", content("cut.isr").find("FRAM") + 100);
+  const auto found = nlohmann::json::parse(sh("isoreel verify cut.isr --json").out);
+  EXPECT_EQ(found["lost"], (std::vector<int>{0, 1}));
+  EXPECT_EQ(sh("isoreel decode cut.isr --discard --frames 0").code, 1);
+  ok("isoreel decode cut.isr --discard --frames 2:");
 }
 
 TEST_F(ContainerTest, KilledEncodesAndAppendsLoseNothingThatWasThere) {
