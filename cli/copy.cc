@@ -131,6 +131,7 @@ Status PacketCopier::copy(SourceFile& source, const std::vector<Cut>& cuts,
                      continues(reader, cut, tracks_[static_cast<std::size_t>(tracks[t])]));
       while (goes_on && (cut.begin < cut.shown || reader.entryHeader(cut.begin).hidden())) ++cut.begin;
     }
+    reader.willRead(cut.begin, cut.end);
     for (std::uint64_t entry = cut.begin; entry < cut.end; ++entry)
       places.push_back({reader.chunkOffset(entry), entry, t});
   }

@@ -56,6 +56,7 @@ class ChosenFrames {
         const Result<std::uint64_t> key = keyEntry(reader, result.range_.begin);
         result.next_ = key.ok() ? *key : first;  // the decoder says what is missing
         result.end_ = reader.entryOf(result.range_.end - 1) + 1;
+        result.reader_->willRead(result.next_, result.end_);
         result.first_number_ = reader.header(result.range_.begin).number;
       }
     } else {

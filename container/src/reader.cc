@@ -15,18 +15,6 @@ using namespace container;
 
 constexpr std::uint64_t kMostAhead = std::uint64_t{1} << 24;  // bytes that are fetched together
 
-Result<Bytes> packetOf(Bytes chunk, std::uint64_t track, const FrameEntry& frame) {
-  ISOREEL_ASSIGN(const ByteSpan payload, readChunk(chunk, kFrameType));
-  ISOREEL_ASSIGN(const FrameFacts facts, readFrameStart(payload, payload.size()));
-  if (facts.track != track || facts.header != frame.header) {
-    return {ErrorCode::kBadData, "frame header is not the one that is listed (spec container 7.2)"};
-  }
-  const auto start = chunk.begin() + static_cast<std::ptrdiff_t>(ChunkHeader::kBytes + facts.packet_start);
-  chunk.erase(std::copy(start, start + static_cast<std::ptrdiff_t>(facts.packet_bytes), chunk.begin()),
-              chunk.end());
-  return chunk;
-}
-
 // An attachment's content, front to back. Other chunks may stand between its parts: parity, for one.
 class AttachmentSource final : public ByteSource {
  public:
