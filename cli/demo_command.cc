@@ -47,7 +47,7 @@ struct MeshBytes {
 };
 Result<MeshBytes> measureMeshes(const fs::path& file, const fs::path& folder) {
   ISOREEL_ASSIGN(const std::unique_ptr<Reader> reader, Reader::open(file));
-  Player player(*reader);
+  Player player(*reader, 0);
   MeshBytes total;
   const fs::path mesh = folder / "measured.ply";
   for (std::uint64_t i = 0; i < player.frameCount(); ++i) {
