@@ -193,10 +193,10 @@ std::string shortNumber(double value) {
     double factor;
     const char* name;
   };
-  constexpr std::array<Prefix, 4> kPrefixes{{{1e12, " T"}, {1e9, " G"}, {1e6, " M"}, {1e3, " k"}}};
+  constexpr std::array<Prefix, 4> kPrefixes{{{1e3, " k"}, {1e6, " M"}, {1e9, " G"}, {1e12, " T"}}};
   Prefix prefix{1, ""};
-  for (auto i = kPrefixes.rbegin(); i != kPrefixes.rend(); ++i) {
-    if (std::abs(value) >= i->factor * 0.9995) prefix = *i;
+  for (const Prefix& larger : kPrefixes) {
+    if (std::abs(value) >= larger.factor * 0.9995) prefix = larger;
   }
   char digits[32];
   std::snprintf(digits, sizeof digits, "%.3g%s", value / prefix.factor, prefix.name);
