@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "render_options.h"
 
+#include "input.h"
+
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -78,11 +80,12 @@ inspect::RenderSettings settingsOf(const RenderOptions& options, Product product
 
 void addOptions(CLI::App& verb, RenderOptions& options) {
   verb.add_option("input", options.input, "The .isr file; - for standard input")->required();
+  addTrackOption(verb, options.track);
   verb.add_option(
           "-o,--output", options.output,
           "PNG file: one frame's picture, a contact sheet of several, or with %05d one a frame; or .mp4")
       ->required();
-  verb.add_option("--frames", options.frames, "Only the frames A:B (half-open), A:, :B or A (default: all)");
+  verb.add_option("--frames", options.frames, kFramesHelp);
   verb.add_option("--size", options.size,
                   "WIDTHxHEIGHT in pixels, of each picture (default: 1280x960; in a contact sheet 480x360)");
   CLI::Option* camera = verb.add_option(

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "frame_range.h"
 #include "options.h"
 #include "volume_input.h"
 
@@ -18,6 +19,7 @@ enum class Colour { kNone, kCurvature, kError };
 struct RenderOptions {
   std::string input, output, beside;
   std::string frames;
+  std::string track;
   std::string size;
   std::string camera = "35,25";
   std::string view;

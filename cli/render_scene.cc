@@ -45,11 +45,11 @@ Result<Scene> Scene::open(const RenderOptions& options) {
     throw CLI::ValidationError("--beside", "standard input holds one file only");
   for (const std::string& path : {options.input, options.beside}) {
     if (path.empty()) continue;
-    ISOREEL_ASSIGN(Input input, openInput(path));
+    ISOREEL_ASSIGN(Input input, openInput(path, options.track));
     warnOfDamage(input.info, path);
     if (input.packets->frameCount() == 0) return {ErrorCode::kNotFound, path + ": holds no frame"};
     Source source{path, std::move(input), nullptr, {}};
-    source.player = std::make_unique<Player>(*source.input.packets);
+    source.player = std::make_unique<Player>(*source.input.packets, 0);  // forward only
     source.decode = decodeOptions(options.level, source.input.configuration.grid);
     scene.sources_.push_back(std::move(source));
   }

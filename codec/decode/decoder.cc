@@ -108,6 +108,7 @@ Status decodeIntraVertices(ByteSpan bytes, const std::vector<Cell>& cells, const
 struct Decoder::State {
   PacketModels models;
   CellIndex index;
+  std::vector<Cell> cells;  // of the surface decoded last
   // What a P packet goes on from: the packet decoded last, when it was decoded whole.
   std::optional<Configuration> configuration;
   std::uint64_t last = 0;
@@ -131,12 +132,30 @@ struct Decoder::State {
 };
 
 Decoder::Decoder() : state_(std::make_unique<State>()) {}
+Decoder::Decoder(const Decoder& other) : Decoder() { *this = other; }
+Decoder& Decoder::operator=(const Decoder& other) {
+  if (this == &other) return *this;
+  if (!state_) state_ = std::make_unique<State>();
+  state_->models = other.state_->models;
+  state_->configuration = other.state_->configuration;
+  state_->last = other.state_->last;
+  state_->reference = other.state_->reference;
+  state_->cells.clear();  // these and the index are made anew by each packet
+  return *this;
+}
 Decoder::Decoder(Decoder&&) noexcept = default;
 Decoder& Decoder::operator=(Decoder&&) noexcept = default;
 Decoder::~Decoder() = default;
 
+const std::vector<Cell>& Decoder::cells() const { return state_->cells; }
+std::uint64_t Decoder::bytes(std::uint64_t vertices) const {
+  return sizeof(State) + state_->models.signs.signs.bytes() + state_->models.vertices.bytes() + 40 * vertices;
+}
+std::uint64_t Decoder::bytes() const { return bytes(0) + state_->reference.bytes(); }
+
 Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
   if (options.motion != nullptr) options.motion->clear();
+  state_->cells.clear();
   ISOREEL_ASSIGN(const Payload payload, Payload::open(packet, options));
   const PacketHeader& header = payload.header();
   if (header.vertices > options.max_vertices) {
@@ -200,7 +219,7 @@ Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
   const auto vertex_bytes = payload.section(SectionKind::kVertices, 0);
   if (!motion_bytes || !vertex_bytes) return surfaceFromSigns(tree.takeCells(), grid, 0);
 
-  const std::vector<Cell> cells = tree.takeCells();  // of the deepest level: all active
+  std::vector<Cell> cells = tree.takeCells();  // of the deepest level: all active
   if (cells.size() != header.vertices) return counts("active cells", cells.size(), header.vertices);
   state.index.build(cells);
   const ResidualSteps steps{static_cast<std::int32_t>(header.step),
@@ -226,6 +245,7 @@ Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
     state.last = header.number;
     state.configuration = configuration;
   }
+  state.cells = std::move(cells);
   return coarse ? *std::move(coarse) : std::move(surface);
 }
 

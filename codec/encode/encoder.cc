@@ -31,6 +31,11 @@ struct Encoder::State {
   std::optional<std::uint64_t> last;  // number of the frame coded last; none: the next frame starts a GOP
   Reference reference;
   PacketModels models;
+
+  /// `vertices` in their cells.
+  Result<Packet> code(const SignBitmap& bitmap, std::span<const Cell> cells,
+                      std::span<const std::array<std::int32_t, 3>> vertices, const FrameTiming& timing,
+                      PacketSizes* sizes);
 };
 
 Encoder::Encoder(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -73,10 +78,42 @@ Result<Packet> Encoder::encode(const Volume& volume, const FrameTiming& timing, 
   const std::vector<Cell> cells = bitmap.activeCells(settings.parallel);
   if (cells.size() > 0xFFFFFFFFu / 4)
     return {ErrorCode::kLimit, "the surface has more than 2^30 vertices (spec codec 3.1)"};
+  const auto vertices = placeVertices(volume, timing.isovalue, cells, settings.placement, settings.parallel);
+  return state_->code(bitmap, cells, vertices, timing, sizes);
+}
 
+Result<Packet> Encoder::encodeAgain(const Surface& surface, std::span<const Cell> cells, bool filled,
+                                    const FrameTiming& timing, PacketSizes* sizes) {
+  const Grid& grid = state_->settings.configuration.grid;
+  if (surface.grid.nodes != grid.nodes || cells.size() != surface.vertices.size()) {
+    return {ErrorCode::kInvalidArgument, "frame " + std::to_string(timing.number) +
+                                             ": its grid or its cells are not those of the surface"};
+  }
+  std::vector<std::array<std::int32_t, 3>> vertices(cells.size());
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const std::array<std::int32_t, 3> corner{cells[i].x, cells[i].y, cells[i].z};
+    for (std::size_t k = 0; k < 3; ++k) {
+      vertices[i][k] = surface.vertices[i][k] - corner[k] * kCell;
+      if (corner[k] + 1 >= static_cast<std::int32_t>(grid.nodes[k]) || vertices[i][k] < 0 ||
+          vertices[i][k] > kCell) {
+        return {ErrorCode::kInvalidArgument, "frame " + std::to_string(timing.number) + ": vertex " +
+                                                 std::to_string(i) + " is not in its cell of the grid"};
+      }
+    }
+  }
+  ISOREEL_ASSIGN(Packet packet, state_->code(SignBitmap::fromCells(grid.nodes, cells, filled), cells,
+                                             vertices, timing, sizes));
+  packet.header.error_kind = ErrorKind::kNone;  // what the surface was made from is not known here
+  packet.header.error_rms = packet.header.error_max = 0;
+  return packet;
+}
+
+Result<Packet> Encoder::State::code(const SignBitmap& bitmap, std::span<const Cell> cells,
+                                    std::span<const std::array<std::int32_t, 3>> vertices,
+                                    const FrameTiming& timing, PacketSizes* sizes) {
+  const Grid& grid = settings.configuration.grid;
   CellIndex index;
   index.build(cells);
-  const auto vertices = placeVertices(volume, timing.isovalue, cells, settings.placement, settings.parallel);
   PacketHeader header;
   header.number = timing.number;
   header.time = timing.time;
@@ -91,17 +128,14 @@ Result<Packet> Encoder::encode(const Volume& volume, const FrameTiming& timing, 
       cells,    index,
       vertices, {static_cast<std::int32_t>(header.step), static_cast<std::int32_t>(header.tangential_step)}};
   ISOREEL_ASSIGN(CodedFrame coded, codeIntra(input));
-  State& state = *state_;
   const bool predicts = (settings.configuration.tools & kToolPrediction) != 0;
-  if (predicts && state.last && timing.number == *state.last + 1 &&
-      timing.number - state.key < settings.gop) {
+  if (predicts && last && timing.number == *last + 1 && timing.number - key < settings.gop) {
     FrameInput with_reference = input;
     with_reference.steps.tangential = static_cast<std::int32_t>(
         std::min<std::uint32_t>(kPredictedTangentialRatio * header.step / 2, kCell));
-    ISOREEL_ASSIGN(CodedFrame predicted,
-                   codePredicted(with_reference, state.reference, settings.motion, state.models));
+    ISOREEL_ASSIGN(CodedFrame predicted, codePredicted(with_reference, reference, settings.motion, models));
     // An I frame is a place to seek to: worth a fiftieth of it.
-    if (50 * predicted.payload.size() < 49 * (coded.payload.size() + state.record.size())) {
+    if (50 * predicted.payload.size() < 49 * (coded.payload.size() + record.size())) {
       coded = std::move(predicted);
       header.type = PacketType::kPredicted;
       header.references = {1};
@@ -109,8 +143,8 @@ Result<Packet> Encoder::encode(const Volume& volume, const FrameTiming& timing, 
     }
   }
   if (header.type == PacketType::kIntra) {
-    header.configuration = state.record;
-    state.key = timing.number;
+    header.configuration = record;
+    key = timing.number;
   }
   header.sections = coded.sections;
 
@@ -134,7 +168,8 @@ Result<Packet> Encoder::encode(const Volume& volume, const FrameTiming& timing, 
 
   FrameHeader& facts = packet.header;
   facts.number = timing.number;
-  facts.key = state.key;
+  facts.position = timing.number;
+  facts.back = timing.number - key;
   facts.type = header.type;
   facts.time = timing.time;
   facts.duration = timing.duration;
@@ -153,9 +188,9 @@ Result<Packet> Encoder::encode(const Volume& volume, const FrameTiming& timing, 
     sizes->other = packet.data.size() - coded.payload.size();
   }
   if (predicts) {
-    state.reference.build(surface, cells);
-    state.models = std::move(coded.models);
-    state.last = timing.number;
+    reference.build(surface, cells);
+    models = std::move(coded.models);
+    last = timing.number;
   }
   return packet;
 }

@@ -16,8 +16,8 @@ struct FrameInput {
   const Grid& grid;
   const SignBitmap& bitmap;
   std::span<const Cell> cells;
-  const CellIndex& index;                                    // of the cells
-  const std::vector<std::array<std::int32_t, 3>>& vertices;  // in their cells, 1/16384 from corner 0
+  const CellIndex& index;                                 // of the cells
+  std::span<const std::array<std::int32_t, 3>> vertices;  // in their cells, 1/16384 from corner 0
   ResidualSteps steps;
 };
 

@@ -16,7 +16,7 @@ std::uint8_t inSixtyFourths(double weight, double max) {
 }  // namespace
 
 void fitPrediction(std::span<const Cell> cells, const CellIndex& index, const std::vector<MovedPlane>& planes,
-                   const std::vector<std::array<std::int32_t, 3>>& vertices,
+                   std::span<const std::array<std::int32_t, 3>> vertices,
                    std::span<const std::array<double, 3>> wanted, std::int32_t step,
                    PredictionHeader& header) {
   struct Inputs {

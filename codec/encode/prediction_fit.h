@@ -12,7 +12,7 @@ namespace isoreel {
 /// section 4.4). `vertices`: the extractor's, in their cells; `wanted`: their components along the axes of
 /// their local frames. All in 1/16384 of a cell.
 void fitPrediction(std::span<const Cell> cells, const CellIndex& index, const std::vector<MovedPlane>& planes,
-                   const std::vector<std::array<std::int32_t, 3>>& vertices,
+                   std::span<const std::array<std::int32_t, 3>> vertices,
                    std::span<const std::array<double, 3>> wanted, std::int32_t step,
                    PredictionHeader& header);
 

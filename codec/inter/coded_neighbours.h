@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <span>
 #include <vector>
 
 #include "lattice/cell_index.h"
@@ -22,7 +23,7 @@ class CodedNeighbours {
   };
 
   /// `vertices`: in their cells, as they become known. Both must outlive it.
-  CodedNeighbours(const CellIndex& index, const std::vector<std::array<std::int32_t, 3>>& vertices)
+  CodedNeighbours(const CellIndex& index, std::span<const std::array<std::int32_t, 3>> vertices)
       : index_(index), vertices_(vertices), errors_(vertices.size()) {}
 
   /// The vertex of cell i has no prediction.
@@ -83,7 +84,7 @@ class CodedNeighbours {
   }
 
   const CellIndex& index_;
-  const std::vector<std::array<std::int32_t, 3>>& vertices_;
+  std::span<const std::array<std::int32_t, 3>> vertices_;
   std::vector<std::int32_t> errors_;
   const CellIndex::Brick* brick_ = nullptr;
   std::array<const CellIndex::Brick*, 3> below_{};

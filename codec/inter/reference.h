@@ -19,6 +19,8 @@ class Reference {
 
   const std::vector<ReferencePlane>& planes() const { return planes_; }
   const ReferenceField& field() const { return field_; }
+  /// Memory beyond the object itself.
+  std::uint64_t bytes() const { return planes_.capacity() * sizeof(ReferencePlane) + field_.bytes(); }
 
  private:
   std::vector<ReferencePlane> planes_;

@@ -27,6 +27,8 @@ class ReferenceField {
  public:
   /// Positions not below 0, in any order.
   void build(std::span<const ReferencePlane> planes);
+  /// Memory beyond the object itself.
+  std::uint64_t bytes() const { return map_.bytes() + bricks_.capacity() * sizeof(Brick); }
 
  private:
   // 17×17×17 nodes: neighbouring bricks share those of their faces, so that the eight nodes of any cell are

@@ -103,7 +103,7 @@ TEST(Predicted, DecodesAsEncodedInOrderAndFromEveryKey) {
     Decoder seeking;
     for (int seek = 0; seek < 6; ++seek) {
       const std::size_t wanted = random() % packets.size();
-      for (std::size_t t = packets[wanted].header.key; t <= wanted; ++t) {
+      for (std::size_t t = wanted - packets[wanted].header.back; t <= wanted; ++t) {
         const auto surface = seeking.decode(packets[t].data);
         ASSERT_TRUE(surface.ok()) << surface.error().message;
         EXPECT_EQ(surfaceHash(*surface), packets[t].header.surface_hash);
@@ -240,7 +240,7 @@ TEST(FrameTypes, SceneChangeIsAnIntraPacket) {
                           }};
   const auto packets = encoded(sequence, predicting(sequence));
   EXPECT_EQ(types(packets), "IPIP");
-  EXPECT_EQ(packets[3].header.key, 2u);
+  EXPECT_EQ(packets[3].header.back, 1u);
 }
 
 TEST(FrameTypes, EncoderGoesOnAfterAnError) {

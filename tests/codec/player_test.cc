@@ -53,26 +53,29 @@ TEST(Player, GivesAnyFrameInAnyOrder) {
   EXPECT_LT(surface->vertices.size(), source.packets[4].header.vertices);
 }
 
-/// Two GOPs of four frames.
-MadeSource movingSphere() {
-  const auto at = [](double t) { return made::sphere(6 + 0.4 * t, 8, 8 - 0.3 * t, 4.4); };
-  const Grid grid = made::gridOf(17, 17, 17);
+/// GOPs of `gop` frames of a sphere that moves.
+MadeSource movingSphere(std::uint64_t frames = 8, std::uint32_t gop = 4, double radius = 4.4,
+                        std::uint32_t nodes = 17) {
+  const double middle = nodes / 2;
+  const auto at = [=](double t) { return made::sphere(middle - 2 + 0.2 * t, middle, middle, radius); };
+  const Grid grid = made::gridOf(nodes, nodes, nodes);
   EncoderSettings settings = made::settings({"sphere", made::sampled(grid, at(0))});
   settings.frame_types = FrameTypes::kAuto;
-  settings.gop = 4;
+  settings.gop = gop;
+  settings.motion = {.block_log2 = 5, .range = 0, .registration = false};
   auto encoder = Encoder::create(settings);
   MadeSource source;
-  for (std::uint64_t i = 0; i < 8; ++i) {
+  for (std::uint64_t i = 0; i < frames; ++i) {
     source.packets.push_back(
         *encoder->encode(made::sampled(grid, at(static_cast<double>(i))), {40 + i, 0, 1, 0}));
-    EXPECT_EQ(source.packets.back().header.type == PacketType::kIntra, i % 4 == 0);
+    EXPECT_EQ(source.packets.back().header.type == PacketType::kIntra, i % gop == 0);
   }
   return source;
 }
 
 TEST(Player, DecodesFromTheKeyAndOnlyWhatItMust) {
   MadeSource source = movingSphere();
-  Player player(source);
+  Player player(source, 0);
   for (const auto& [position, reads] : std::vector<std::pair<std::uint64_t, std::size_t>>{
            {2, 3}, {3, 1}, {4, 1}, {7, 3}, {5, 2}, {6, 1}, {1, 2}, {1, 2}, {0, 1}}) {
     source.reads = 0;
@@ -130,6 +133,109 @@ TEST(Player, TellsTheMotionOfPredictedFrames) {
   ASSERT_TRUE(player.frame(5, options).ok());
   ASSERT_EQ(blocks.size(), whole.size()) << "at any level, the full surface's";
   EXPECT_EQ(blocks.back().vector, whole.back().vector);
+}
+
+/// Asks for every frame, last first; returns how often packets were read.
+std::size_t playBackward(MadeSource& source, Player& player) {
+  source.reads = 0;
+  for (std::uint64_t i = source.packets.size(); i-- > 0;) {
+    const auto surface = player.frame(i);
+    EXPECT_TRUE(surface.ok() && surfaceHash(*surface) == source.packets[i].header.surface_hash) << i;
+  }
+  return source.reads;
+}
+
+TEST(Player, DecodesNothingTwiceForwardOrBackward) {
+  MadeSource source = movingSphere();
+  Player player(source);
+  EXPECT_EQ(playBackward(source, player), 8u);
+  EXPECT_EQ(playBackward(source, player), 0u) << "all fits";
+  // Room for one GOP and a bit.
+  Player tight(source, 5 * 28 * std::uint64_t{source.packets[0].header.vertices});
+  EXPECT_EQ(playBackward(source, tight), 8u);
+  Player other(source, 5 * 28 * std::uint64_t{source.packets[0].header.vertices});
+  source.reads = 0;
+  for (const std::uint64_t position : {0u, 1u, 2u, 1u, 2u, 3u, 4u, 5u, 4u, 3u, 4u, 5u, 6u, 7u})
+    EXPECT_TRUE(other.frame(position).ok());
+  EXPECT_EQ(source.reads, 8u) << "back and forth";
+}
+
+TEST(Player, RandomSeeksGiveWhatPlayingForwardGives) {
+  MadeSource source = movingSphere(12, 5);
+  std::vector<std::uint64_t> linear;
+  Decoder decoder;
+  for (const Packet& packet : source.packets) linear.push_back(surfaceHash(*decoder.decode(packet.data)));
+  made::Random random(3);
+  // Room for three surfaces: most seeks decode, from the key, from where the decoder is, or not at all.
+  Player player(source, 3 * 32 * std::uint64_t{source.packets[0].header.vertices});
+  for (int seek = 0; seek < 1000; ++seek) {
+    const std::uint64_t frame = random() % source.packets.size();
+    const auto surface = player.frame(frame);
+    ASSERT_TRUE(surface.ok()) << surface.error().message;
+    ASSERT_EQ(surfaceHash(*surface), linear[frame]) << seek;
+  }
+}
+
+TEST(Player, BackwardThroughALongGopIsBoundedWork) {
+  MadeSource source = movingSphere(16, 16);
+  const std::uint32_t vertices = source.packets[0].header.vertices;
+  const auto reads = [&](std::uint64_t bytes) {
+    Player player(source, bytes);
+    return playBackward(source, player);
+  };
+  EXPECT_EQ(reads(0), 16u * 17 / 2) << "from the key each time";
+  EXPECT_EQ(reads(16 * 32 * vertices), 16u) << "all surfaces fit";
+  EXPECT_EQ(reads(8 * 32 * vertices), 16u + 8u) << "half of them";
+  EXPECT_EQ(reads(4 * 32 * vertices), 16u + 12u + 8u + 4u) << "a quarter, and no room for decoders";
+
+  // Surfaces that are said to be so large that decoders are worth their room.
+  MadeSource large = movingSphere(32, 32);
+  for (Packet& packet : large.packets) {
+    packet.header.vertices *= 100;
+    packet.header.faces *= 100;
+  }
+  const std::uint64_t surface = std::uint64_t{2900} * vertices;
+  for (const std::size_t fit : {3u, 5u, 7u}) {
+    std::size_t without = 0;  // decoders: from the key for every `fit` frames
+    for (std::size_t end = 32; end > 0; end -= std::min(end, fit)) without += end;
+    Player player(large, fit * surface);
+    EXPECT_LT(playBackward(large, player), without * 9 / 10) << fit;
+  }
+}
+
+/// The frames of a source from `begin` on, as a cut gives them: those that come before are hidden.
+class CutSource final : public PacketSource {
+ public:
+  CutSource(MadeSource& source, std::uint64_t begin, std::uint64_t key)
+      : source_(source), begin_(begin), key_(key) {}
+  std::uint64_t frameCount() const override { return source_.frameCount() - begin_; }
+  const FrameHeader& header(std::uint64_t frame) const override { return source_.header(frame + begin_); }
+  Result<Bytes> packet(std::uint64_t frame) override { return source_.packet(frame + begin_); }
+  std::uint64_t entryCount() const override { return source_.frameCount() - key_; }
+  std::uint64_t entryOf(std::uint64_t frame) const override { return frame + begin_ - key_; }
+  const FrameHeader& entryHeader(std::uint64_t entry) const override { return source_.header(entry + key_); }
+  Result<Bytes> entryPacket(std::uint64_t entry) override { return source_.packet(entry + key_); }
+
+ private:
+  MadeSource& source_;
+  const std::uint64_t begin_, key_;
+};
+
+TEST(Player, DecodesHiddenFramesForThoseThatNeedThem) {
+  MadeSource source = movingSphere();
+  CutSource cut(source, 2, 0);
+  Player player(cut, 0);
+  ASSERT_EQ(player.frameCount(), 6u);
+  for (const std::uint64_t frame : {0u, 5u, 1u, 3u, 0u, 1u, 2u}) {
+    const auto surface = player.frame(frame);
+    ASSERT_TRUE(surface.ok()) << surface.error().message;
+    EXPECT_EQ(surfaceHash(*surface), source.packets[frame + 2].header.surface_hash);
+  }
+  source.reads = 0;
+  EXPECT_TRUE(player.frame(0).ok());
+  EXPECT_EQ(source.reads, 3u);
+  source.unreadable = 1;
+  EXPECT_FALSE(player.frame(0).ok());
 }
 
 TEST(Player, ErrorsNameTheFrame) {
