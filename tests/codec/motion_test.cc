@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "extract/sign_bitmap.h"
+#include "inter/reference.h"
 #include "made.h"
 #include "motion/distance_tree.h"
 #include "packets.h"
@@ -259,10 +260,8 @@ Reference referenceOf(const made::Made& m) {
   const Surface surface = *extractSurface(m.volume, m.isovalue, m.inside);
   const SignBitmap bitmap = *SignBitmap::make(m.volume, m.isovalue, m.inside, NonFinite::kRefuse, serialFor);
   const auto cells = bitmap.activeCells(serialFor);
-  CellIndex index;
-  index.build(cells);
   Reference reference;
-  reference.build(surface, cells, index);
+  reference.build(surface, cells);
   return reference;
 }
 
@@ -275,7 +274,7 @@ TEST(DistanceTree, IsNearTheSquaredDistance) {
   const auto place = [&] { return 3.0f + 18.0f * static_cast<float>(random() % 65536) / 65536; };
   for (const auto& [field, tolerance] : {std::pair{plane, 0.04}, std::pair{sphere, 0.15}}) {
     const Reference reference = referenceOf({"shape", made::sampled(grid, field)});
-    DistanceTree tree(reference);
+    DistanceTree tree(reference.field());
     int close = 0, near = 0;
     double worst = 0, sum = 0;
     for (int trial = 0; trial < 20000; ++trial) {
@@ -302,7 +301,7 @@ TEST(DistanceTree, IsNearTheSquaredDistance) {
 
 TEST(DistanceTree, IsFarOutsideTheGridAndWithoutASurface) {
   const Reference reference = referenceOf(made::named("sphere")), none = referenceOf(made::named("empty"));
-  DistanceTree tree(reference), empty(none);
+  DistanceTree tree(reference.field()), empty(none.field());
   Eigen::Vector3f inside;
   const float nan = std::numeric_limits<float>::quiet_NaN();
   for (const float x : {-1e9f, -0.1f, 65535.5f, 3e9f, nan})
