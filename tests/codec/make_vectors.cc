@@ -97,7 +97,8 @@ class Vectors {
     for (const Section& s : parts.header.sections) {
       if (s.kind == static_cast<std::uint32_t>(SectionKind::kMotion)) {
         motion = true;
-        if (level < made::depthOf(grid)) entry["prefixes"].push_back({{"bytes", at + s.bytes / 2}, {"level", level}});
+        if (level < made::depthOf(grid))
+          entry["prefixes"].push_back({{"bytes", at + s.bytes / 2}, {"level", level}});
       } else if (s.kind == static_cast<std::uint32_t>(SectionKind::kSigns)) {
         level = s.level;
         if (motion) entry["prefixes"].push_back({{"bytes", at + s.bytes / 2}, {"level", level - 1}});
@@ -470,9 +471,8 @@ void rejectSequences(Vectors& vectors) {
           coder.finish();
         }));
   const auto signs = [&](const auto& change) {  // the finest, which have temporal context
-    return with([&](made::Parts& p, Bytes&) {
-      change(p.sections[made::largestSection(p, SectionKind::kSigns)]);
-    });
+    return with(
+        [&](made::Parts& p, Bytes&) { change(p.sections[made::largestSection(p, SectionKind::kSigns)]); });
   };
   after("p_signs_too_short", "corner signs of level 4 end too early", signs([](Bytes& s) { s.resize(4); }));
   after("p_signs_left_over", "corner signs of level 4: not used to their end",

@@ -143,7 +143,8 @@ TEST(ReferenceField, IsItsDefinition) {
         plane.position = planes[random() % planes.size()].position;  // the earlier one wins
       } else {
         for (std::int32_t& p : plane.position) {
-          p = low * kCell + static_cast<std::int32_t>(random() % static_cast<std::uint32_t>(side * kCell + 1));
+          p = low * kCell +
+              static_cast<std::int32_t>(random() % static_cast<std::uint32_t>(side * kCell + 1));
           // On nodes, in the middle between them, or beside that.
           if (random() % 4 == 0) p = p / (kCell / 2) * (kCell / 2) + std::array{0, 0, -1}[random() % 3];
           p = std::max(p, 0);
@@ -159,8 +160,8 @@ TEST(ReferenceField, IsItsDefinition) {
     const std::int32_t first = low - 2, nodes = side + 6;
     std::vector<std::int16_t> expected_at;
     for (std::int32_t i = 0; i < nodes * nodes * nodes; ++i) {
-      expected_at.push_back(distanceOf(
-          planes, {first + i % nodes, first + i / nodes % nodes, first + i / nodes / nodes}));
+      expected_at.push_back(
+          distanceOf(planes, {first + i % nodes, first + i / nodes % nodes, first + i / nodes / nodes}));
     }
     const auto compare = [&](const std::array<std::int32_t, 3>& cell, bool inside) {
       std::array<std::int32_t, 3> place{};
@@ -180,7 +181,8 @@ TEST(ReferenceField, IsItsDefinition) {
     };
     for (std::int32_t z = low - 2; z < low + side + 3; ++z) {
       for (std::int32_t y = low - 2; y < low + side + 3; ++y) {
-        for (std::int32_t x = low - 2; x < low + side + 3; ++x) compare({x, y, z}, x >= 0 && y >= 0 && z >= 0);
+        for (std::int32_t x = low - 2; x < low + side + 3; ++x)
+          compare({x, y, z}, x >= 0 && y >= 0 && z >= 0);
       }
     }
     for (int trial = 0; trial < 500; ++trial) {  // jumps from brick to brick
@@ -248,7 +250,8 @@ TEST(Reference, HasPlanesThatTouchItsSurfaceAndTheDistanceFromIt) {
     std::array<std::int32_t, 3> place{};
     for (std::size_t k = 0; k < 3; ++k)
       place[k] = static_cast<std::int32_t>(random() % (m.volume.grid.nodes[k] * std::uint32_t{kCell}));
-    const double distance = torus(place[0] / double{kCell}, place[1] / double{kCell}, place[2] / double{kCell});
+    const double distance =
+        torus(place[0] / double{kCell}, place[1] / double{kCell}, place[2] / double{kCell});
     const CornerValues around = cursor.around(place);
     near += std::abs(distance) < 0.4;
     if (!around.allKnown()) {
@@ -256,7 +259,8 @@ TEST(Reference, HasPlanesThatTouchItsSurfaceAndTheDistanceFromIt) {
       continue;
     }
     known += std::abs(distance) < 0.4;
-    ASSERT_NEAR(around.at(place) / 4096.0, distance, 0.1);
+    // Planes leave the tube at its sides.
+    ASSERT_NEAR(around.at(place) / 4096.0, distance, std::abs(distance) < 0.4 ? 0.07 : 0.2);
   }
   EXPECT_EQ(known, near);
   EXPECT_GT(near, 1500);
