@@ -21,6 +21,34 @@ constexpr std::uint32_t kTangentialRatio = 3;
 // extractor's as those of I frames (0.037 and 0.037 cells on droplets, 0.051 and 0.050 on the splash).
 constexpr std::uint32_t kPredictedTangentialRatio = 9;  // halves
 
+/// Squared distances of decoded vertices from the extractor's, in cells squared.
+struct Errors {
+  double mean = 0, largest = 0;
+};
+
+Errors errorsOf(const std::vector<std::array<std::int32_t, 3>>& decoded,
+                const std::vector<std::array<std::int32_t, 3>>& vertices) {
+  Errors errors;
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    double square = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double error = static_cast<double>(decoded[i][k] - vertices[i][k]) / kCell;
+      square += error * error;
+    }
+    errors.mean += square;
+    errors.largest = std::max(errors.largest, square);
+  }
+  if (!vertices.empty()) errors.mean /= static_cast<double>(vertices.size());
+  return errors;
+}
+
+/// Bytes that a frame of so many vertices would take more at the other one's error: a bit for each component
+/// halves it.
+double bytesToReach(const Errors& other, const Errors& errors, std::size_t vertices) {
+  if (errors.mean <= other.mean || other.mean == 0) return 0;
+  return 3.0 / 8 * static_cast<double>(vertices) * std::log2(errors.mean / other.mean) / 2;
+}
+
 }  // namespace
 
 struct Encoder::State {
@@ -91,6 +119,7 @@ Result<Packet> Encoder::encode(const Volume& volume, const FrameTiming& timing, 
       cells,    index,
       vertices, {static_cast<std::int32_t>(header.step), static_cast<std::int32_t>(header.tangential_step)}};
   ISOREEL_ASSIGN(CodedFrame coded, codeIntra(input));
+  Errors errors = errorsOf(coded.decoded, vertices);
   State& state = *state_;
   const bool predicts = (settings.configuration.tools & kToolPrediction) != 0;
   if (predicts && state.last && timing.number == *state.last + 1 &&
@@ -100,8 +129,13 @@ Result<Packet> Encoder::encode(const Volume& volume, const FrameTiming& timing, 
         std::min<std::uint32_t>(kPredictedTangentialRatio * header.step / 2, kCell));
     ISOREEL_ASSIGN(CodedFrame predicted,
                    codePredicted(with_reference, state.reference, settings.motion, state.models));
-    // An I frame is a place to seek to: worth a fiftieth of it.
-    if (50 * predicted.payload.size() < 49 * (coded.payload.size() + state.record.size())) {
+    // Where little is predicted, the P frame's coarser steps must not pass for a saving. An I frame is a
+    // place to seek to: worth a fiftieth of it.
+    const Errors predicted_errors = errorsOf(predicted.decoded, vertices);
+    const double bytes =
+        static_cast<double>(predicted.payload.size()) + bytesToReach(errors, predicted_errors, cells.size());
+    if (50 * bytes < 49 * static_cast<double>(coded.payload.size() + state.record.size())) {
+      errors = predicted_errors;
       coded = std::move(predicted);
       header.type = PacketType::kPredicted;
       header.references = {1};
@@ -115,17 +149,6 @@ Result<Packet> Encoder::encode(const Volume& volume, const FrameTiming& timing, 
   header.sections = coded.sections;
 
   Packet packet;
-  double squares = 0, largest = 0;
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    double square = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const double error = static_cast<double>(coded.decoded[i][k] - vertices[i][k]) / kCell;
-      square += error * error;
-    }
-    squares += square;
-    largest = std::max(largest, square);
-  }
-
   Surface surface;
   surface.grid = grid;
   toGridPositions(cells, coded.decoded);
@@ -141,9 +164,8 @@ Result<Packet> Encoder::encode(const Volume& volume, const FrameTiming& timing, 
   facts.isovalue = timing.isovalue;
   measureSurface(surface, cells, bitmap.insideCells(), facts);
   facts.error_kind = ErrorKind::kExtracted;
-  facts.error_rms =
-      static_cast<float>(cells.empty() ? 0 : std::sqrt(squares / static_cast<double>(cells.size())));
-  facts.error_max = static_cast<float>(std::sqrt(largest));
+  facts.error_rms = static_cast<float>(std::sqrt(errors.mean));
+  facts.error_max = static_cast<float>(std::sqrt(errors.largest));
 
   header.faces = facts.faces;
   header.surface_hash = facts.surface_hash;

@@ -42,9 +42,22 @@ float DistanceTree::sample(const std::array<std::int32_t, 3>& half_node) {
   if (number < squares_.size()) return squares_[number];
   const std::array<std::int32_t, 3> place{half_node[0] * (kCell / 2), half_node[1] * (kCell / 2),
                                           half_node[2] * (kCell / 2)};
+  // The mean of the nodes that it lies between, on a node's own lattice plane only of those in it: that the
+  // rest of the cell above is not known must not matter.
   const CornerValues around = field_.around(place);
-  const float distance = around.allKnown() ? static_cast<float>(around.at(place)) / 4096 : 0;
-  squares_.push_back(around.allKnown() ? distance * distance : kFar);
+  const std::array<std::int16_t, 8>& nodes = around.values();
+  const std::uint32_t between =
+      static_cast<std::uint32_t>((half_node[0] & 1) | (half_node[1] & 1) << 1 | (half_node[2] & 1) << 2);
+  float sum = 0, count = 0;
+  bool known = true;
+  for (std::uint32_t corner = 0; corner < 8; ++corner) {
+    if ((corner & ~between) != 0) continue;
+    known &= nodes[corner] != CornerValues::kUnknown;
+    sum += nodes[corner];
+    ++count;
+  }
+  const float distance = sum / (4096 * count);
+  squares_.push_back(known ? distance * distance : kFar);
   return squares_.back();
 }
 

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "made.h"
 
 namespace isoreel {
@@ -121,9 +123,11 @@ TEST(Player, TellsTheMotionOfPredictedFrames) {
     EXPECT_EQ(next, surface->vertices.size());
     EXPECT_GT(predicted, 0.95 * next);
     // To where the surface was.
-    EXPECT_NEAR(sum[0] / next, -0.4, 0.1);
+    // To where the surface was, drawn to no motion a little since vectors cost bits.
+    EXPECT_NEAR(sum[0] / next, -0.4, 0.16);
     EXPECT_NEAR(sum[1] / next, 0, 0.1);
-    EXPECT_NEAR(sum[2] / next, 0.3, 0.1);
+    EXPECT_NEAR(sum[2] / next, 0.3, 0.16);
+    EXPECT_GT((-0.4 * sum[0] + 0.3 * sum[2]) / 0.5, 0.92 * std::hypot(sum[0], sum[1], sum[2]));
   }
   const auto whole = blocks;
   options.level = 2;
