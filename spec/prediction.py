@@ -73,7 +73,7 @@ class Reference:
                 node = plus(near, step)
                 d = [CELL * node[k] - p[k] for k in AXES]
                 apart = sum((k >> 8) ** 2 for k in d)
-                if min(node) >= 0 and (node not in nearest or apart < nearest[node][0]):
+                if node not in nearest or apart < nearest[node][0]:
                     nearest[node] = apart, sum(u * k >> 14 for u, k in zip(unit, d))
         self.distances = {node: distance for node, (_, distance) in nearest.items()}
 
@@ -87,6 +87,8 @@ class Reference:
 
     def at(self, place):
         cell = tuple(k >> 14 for k in place)
+        if min(cell) < 0:
+            return Place([None] * 8, None)
         return Place([self.distances.get(plus(cell, corner)) for corner in CORNERS], [k % CELL for k in place])
 
 
