@@ -53,6 +53,17 @@ class Payload {
     }
     return ByteSpan{};
   }
+  /// The highest level that has a section in front of the motion section.
+  std::uint32_t lastLevelBeforeMotion() const {
+    std::uint32_t last = 0;
+    for (const Section& s : header_.sections) {
+      if (s.kind == static_cast<std::uint32_t>(SectionKind::kMotion)) break;
+      if (s.kind == static_cast<std::uint32_t>(SectionKind::kSigns) ||
+          s.kind == static_cast<std::uint32_t>(SectionKind::kLeaves))
+        last = std::max(last, s.level);
+    }
+    return last;
+  }
 
  private:
   PacketHeader header_;
@@ -184,17 +195,18 @@ Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
   PredictedPart part;
   std::optional<ByteSpan> motion_bytes = ByteSpan{};
   if (predicted) {
-    // Cut off with all finer levels, which stand behind it.
     motion_bytes = payload.section(SectionKind::kMotion, 0);
     if (motion_bytes) ISOREEL_TRY(part.open(*motion_bytes, depth));
   }
+  // Finer levels need the motion; they stand behind it.
+  const std::uint32_t most = motion_bytes ? depth : payload.lastLevelBeforeMotion();
   MovedSigns moved(field, part.motion(), state.models.moved_signs);
   std::optional<Surface> coarse;
   for (std::uint32_t level = 0; level <= (goes_on ? depth : wanted); ++level) {
     if (level == 0 || !tree.cells().empty()) {
       const auto sign_bytes = payload.section(SectionKind::kSigns, level),
                  leaf_bytes = payload.section(SectionKind::kLeaves, level);
-      if (!sign_bytes || !leaf_bytes) {
+      if (!sign_bytes || !leaf_bytes || level > most) {
         if (level == 0)
           return {ErrorCode::kTruncated, "packet: cut before its first level is whole (spec codec 3.2)"};
         return surfaceFromSigns(tree.takeCells(), grid, depth - level + 1);

@@ -162,8 +162,7 @@ Result<Packet> Encoder::State::code(const SignBitmap& bitmap, std::span<const Ce
     FrameInput with_reference = input;
     with_reference.steps.tangential = static_cast<std::int32_t>(
         std::min<std::uint32_t>(kPredictedTangentialRatio * header.step / 2, kCell));
-    ISOREEL_ASSIGN(CodedFrame predicted,
-                   codePredicted(with_reference, reference, settings.motion, models));
+    ISOREEL_ASSIGN(CodedFrame predicted, codePredicted(with_reference, reference, settings.motion, models));
     // Where little is predicted, the P frame's coarser steps must not pass for a saving. An I frame is a
     // place to seek to: worth a fiftieth of it.
     const Errors predicted_errors = errorsOf(predicted.decoded, vertices);

@@ -92,10 +92,10 @@ TEST(CornerValues, AreLoadedFromRowsAndPlanes) {
 }
 
 /// By definition, for one node of the lattice: the distance to the plane of the nearest vertex of those that
-/// have the node around their own nearest one; the first of several.
+/// have the node around their own nearest one; of several, the least distance.
 std::int16_t distanceOf(const std::vector<ReferencePlane>& planes, const std::array<std::int32_t, 3>& node) {
   std::int32_t nearest = std::numeric_limits<std::int32_t>::max();
-  std::int32_t distance = CornerValues::kUnknown;
+  std::int32_t distance = CornerValues::kUnknown;  // not compared with any: none is as far
   for (const ReferencePlane& plane : planes) {
     std::int32_t square = 0, along = 0;
     bool around = true;
@@ -107,7 +107,7 @@ std::int16_t distanceOf(const std::vector<ReferencePlane>& planes, const std::ar
       square += (away >> 8) * (away >> 8);
       along += (away * plane.normal[k]) >> kPositionBits;
     }
-    if (!around || square >= nearest) continue;
+    if (!around || square > nearest || (square == nearest && along >= distance)) continue;
     nearest = square;
     distance = along;
   }
@@ -140,7 +140,7 @@ TEST(ReferenceField, IsItsDefinition) {
     for (int i = 0; i < count; ++i) {
       ReferencePlane plane;
       if (i > 0 && random() % 8 == 0) {
-        plane.position = planes[random() % planes.size()].position;  // the earlier one wins
+        plane.position = planes[random() % planes.size()].position;  // the lesser distance wins
       } else {
         for (std::int32_t& p : plane.position) {
           p = low * kCell +
