@@ -27,6 +27,8 @@ struct TrimOptions {
   bool json = false;
 };
 
+constexpr std::int64_t kLatest = std::numeric_limits<std::int64_t>::max();
+
 /// Half-open, in ticks of the first track's base.
 struct Span {
   std::int64_t begin = 0, end = 0;
@@ -69,8 +71,10 @@ std::vector<Chapter> chaptersIn(const std::vector<Chapter>& chapters, const Span
     if (chapter.start >= span.end || (marker ? end < span.begin : end <= span.begin)) continue;
     Chapter cut = chapter;
     cut.start = std::max(chapter.start, span.begin);
-    if (chapter.length > 0) cut.length = static_cast<std::uint64_t>(std::min(end, span.end) - cut.start);
-    cut.start += shift;
+    if (chapter.length > 0)
+      cut.length =
+          static_cast<std::uint64_t>(std::min(end, span.end)) - static_cast<std::uint64_t>(cut.start);
+    if (__builtin_add_overflow(cut.start, shift, &cut.start)) continue;  // times no file has
     result.push_back(std::move(cut));
   }
   return result;
@@ -89,7 +93,7 @@ Status trim(const TrimOptions& options) {
     span.end = first.header(range.end).time;
   } else if (const FrameHeader& last = first.header(range.end - 1);
              __builtin_add_overflow(last.time, last.duration, &span.end)) {
-    span.end = std::numeric_limits<std::int64_t>::max();
+    span.end = kLatest;
   }
 
   std::vector<Cut> cuts;
@@ -114,7 +118,7 @@ Status trim(const TrimOptions& options) {
     }
     tracks.push_back(cuts.size());
     cuts.push_back(*cut);
-    times.push_back({1, options.shift ? -upInto(own, span.begin, base) : 0});
+    times.push_back({1, options.shift ? -std::max(upInto(own, span.begin, base), -kLatest) : 0});
     settings.push_back({own, reader->info().track_name, *std::move(configuration)});
   }
   ISOREEL_ASSIGN(const std::unique_ptr<Writer> writer,
