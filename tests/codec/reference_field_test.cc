@@ -85,9 +85,12 @@ TEST(CornerValues, TellWhatIsKnown) {
 }
 
 TEST(CornerValues, AreLoadedFromRowsAndPlanes) {
-  std::array<std::int16_t, 100> nodes{};
-  for (std::size_t i = 0; i < nodes.size(); ++i) nodes[i] = static_cast<std::int16_t>(i);
-  const std::array<std::int16_t, 8> expected{7, 8, 12, 13, 37, 38, 42, 43};
+  // The low half of a node is its distance + 32768; the high half says how near the vertex is.
+  std::array<std::int32_t, 100> nodes{};
+  for (std::int32_t i = 0; i < 100; ++i)
+    nodes[static_cast<std::size_t>(i)] = i * 65536 * 327 + 32768 + (i % 2 == 0 ? i : -i);
+  nodes[38] = 0x7FFF0000;
+  const std::array<std::int16_t, 8> expected{-7, 8, 12, -13, -37, CornerValues::kUnknown, 42, -43};
   EXPECT_EQ((CornerValues::load<5, 30>(nodes.data() + 7).values()), expected);
 }
 
