@@ -11,7 +11,7 @@
 #include <limits>
 
 #ifdef __SSE2__
-#include <emmintrin.h>
+#include <immintrin.h>
 #endif
 
 namespace isoreel {

@@ -74,7 +74,7 @@ class BlockSearch {
         gradient += q.hessian * inside + q.gradient;
       }
       // Directions that the surface says nothing of go where the neighbours went.
-      const float weight = 0.1f * static_cast<float>(points_.size()) + 0.05f;
+      const float weight = 0.05f * static_cast<float>(points_.size()) + 0.05f;
       hessian.diagonal().array() += weight;
       gradient += weight * (vector - expected);
       Vector3f move = hessian.ldlt().solve(-gradient);

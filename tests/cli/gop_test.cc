@@ -80,7 +80,8 @@ TEST_F(GopTest, InfoTellsWhatTheBlocksDo) {
     EXPECT_EQ(motion["intra"], 0);
     EXPECT_EQ(motion["vertices"], info["frame_list"][i]["vertices"]);
     EXPECT_EQ(motion["predicted"], motion["vertices"]);
-    EXPECT_NEAR(motion["mean"].get<double>(), i < 3 ? 1 : 0, i < 3 ? 0.05 : 0);
+    EXPECT_NEAR(motion["mean"].get<double>(), i < 3 ? 1 : 0,
+                i < 3 ? 0.08 : 0);  // drawn to none a little: vectors cost bits
     EXPECT_NEAR(motion["largest"].get<double>(), i < 3 ? 1 : 0, i < 3 ? 0.15 : 0);
   }
   const std::string text = ok("isoreel info moving.isr --packets --jobs 1");

@@ -338,7 +338,7 @@ void acceptSequences(Vectors& vectors) {
   vectors.sequence(
       "large_motion", "motion of 5 cells a frame, blocks of 4 cells a side",
       encoded(frames(made::gridOf(29, 12, 12), 3,
-                     [](double t) { return made::sphere(6.2 + 5.1 * t, 5.4 + 0.3 * t, 5.6, 4.1); }),
+                     [](double t) { return made::sphere(6.2 + 5 * t, 5.4 + 0.3 * t, 5.6, 4.3); }),
               kCell / 16, 2));
   vectors.sequence("fine_steps", "step 100 along normals, 300 across", encoded(translatedSphere(), 100));
   std::vector<Bytes> reversed = encoded(translatedSphere());

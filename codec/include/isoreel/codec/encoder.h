@@ -82,8 +82,9 @@ class Encoder {
 
   /// Codes a surface that was decoded before, where its volume is gone. `cells` are Decoder::cells() of it,
   /// and `filled` tells of a frame without any whether all of it is inside. The packet has the same signs, so
-  /// the same faces and connections; each vertex moves by rounding to the configuration's step, along its
-  /// normal and, where that was another, along its tangents. The header tells no error.
+  /// the same faces and connections; each vertex moves by rounding to the configuration's step along its
+  /// normal and, where that was another or the packet is predicted, along its tangents. The header tells no
+  /// error.
   Result<Packet> encodeAgain(const Surface& surface, std::span<const Cell> cells, bool filled,
                              const FrameTiming& timing, PacketSizes* sizes = nullptr);
 
