@@ -19,8 +19,8 @@ class ContainerTest : public CliTest {
   ContainerTest() { sequence(); }
   std::vector<std::string> hashes(const std::string& file) const {
     std::vector<std::string> result;
-    for (const auto& frame : json("isoreel info " + file + " --frames --json")["frame_list"])
-      result.push_back(frame["hash"]);
+    const auto info = json("isoreel info " + file + " --frames --json");
+    for (const auto& frame : info["frame_list"]) result.push_back(frame["hash"]);
     return result;
   }
   void pause(int milliseconds) const { std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds)); }
