@@ -35,7 +35,7 @@ class ReferenceField {
   // in one. Rows have room on both sides, since the build writes four nodes at a time. A node is a number
   // whose high half is the squared distance of the nearest vertex, 1/4096 of a cell squared, and whose low
   // half is the plane's distance + 32768: the least is the nearest.
-  static constexpr int kSideLog2 = 4;
+  static constexpr int kSideLog2 = 3;
   static constexpr std::int32_t kSide = 1 << kSideLog2;
   static constexpr std::int32_t kBefore = 2, kRow = kBefore + kSide + 4, kPlane = (kSide + 1) * kRow;
   using Brick = std::array<std::int32_t, std::size_t{kSide + 1} * kPlane>;
