@@ -81,26 +81,18 @@ struct Findings {
   }
 };
 
-/// Reads the file as a pipe would be read: every byte of every chunk is looked at.
-Status verifyChunks(const VerifyOptions& options, Findings& findings, std::vector<FrameHeader>& headers,
-                    FileInfo& info) {
-  ISOREEL_ASSIGN(std::unique_ptr<ByteSource> source, openFile(options.input));
-  ISOREEL_ASSIGN(const std::unique_ptr<StreamReader> stream,
-                 StreamReader::open(std::move(source), options.track));
-  ISOREEL_ASSIGN(const Configuration configuration, readConfiguration(stream->info().configuration));
+/// Checks packets in order, a GOP a thread. `next` as of GopSource.
+Status verifyPackets(const VerifyOptions& options, const Configuration& configuration,
+                     const std::function<Result<bool>(Packet&)>& next, Findings& findings,
+                     std::vector<FrameHeader>& headers) {
   const ThreadLimit limit(options.jobs);
   Progress progress("verify", std::nullopt);
   struct Item {
     Gop gop;
     std::vector<Status> statuses;
   };
-  GopSource gops([&](Packet& packet) -> Result<bool> {
-    ISOREEL_ASSIGN(std::optional<Packet> read, stream->next());
-    if (!read) return false;
-    packet = *std::move(read);
-    return true;
-  });
-  const Status status = forEachFrame<Item>(
+  GopSource gops(next);
+  return forEachFrame<Item>(
       options.jobs, [&](Item& item) { return gops.next(item.gop); },
       [&](Item& item) -> Status {
         Decoder decoder;
@@ -119,13 +111,42 @@ Status verifyChunks(const VerifyOptions& options, Findings& findings, std::vecto
         }
         return {};
       });
+}
+
+/// Reads the file as a pipe would be read: every byte of every chunk is looked at.
+Status verifyChunks(const VerifyOptions& options, std::unique_ptr<ByteSource> source, Findings& findings,
+                    std::vector<FrameHeader>& headers, FileInfo& info) {
+  ISOREEL_ASSIGN(const std::unique_ptr<StreamReader> stream,
+                 StreamReader::open(std::move(source), options.track));
+  ISOREEL_ASSIGN(const Configuration configuration, readConfiguration(stream->info().configuration));
+  const auto next = [&](Packet& packet) -> Result<bool> {
+    ISOREEL_ASSIGN(std::optional<Packet> read, stream->next());
+    if (!read) return false;
+    packet = *std::move(read);
+    return true;
+  };
+  const Status status = verifyPackets(options, configuration, next, findings, headers);
   info = stream->info();
   return status;
 }
 
+/// A file of another container has no checksums but those of the packets.
+Status verifyCarried(const VerifyOptions& options, lavf::Sniffed bytes, Findings& findings) {
+  ISOREEL_ASSIGN(const Input input, openInput(std::move(bytes), options.track));
+  for (const std::string& line : input.info.damage) findings.add({ErrorCode::kBadData, line});
+  std::vector<FrameHeader> headers;
+  const auto next = [&, entry = std::uint64_t{0}](Packet& packet) mutable -> Result<bool> {
+    if (entry == input.packets->entryCount()) return false;
+    packet.header = input.packets->entryHeader(entry);
+    ISOREEL_ASSIGN(packet.data, input.packets->entryPacket(entry++));
+    return true;
+  };
+  return verifyPackets(options, input.configuration, next, findings, headers);
+}
+
 /// What else is damaged, frame or not, and was not named yet.
 void scanRest(const VerifyOptions& options, Findings& findings) {
-  const auto source = openFile(options.input);
+  const auto source = openBytes(options.input);
   if (!source.ok() || !(*source)->seekable()) return;
   const Result<FileInfo> info = scanFile(**source);
   if (!info.ok()) return;
@@ -162,7 +183,7 @@ void verifyRest(const VerifyOptions& options, Findings& findings) {
 /// The seek index must be there and say what the chunks say. `stream`: what was found forward.
 Status verifyIndex(const VerifyOptions& options, const std::vector<FrameHeader>& headers,
                    const FileInfo& stream) {
-  ISOREEL_ASSIGN(std::unique_ptr<ByteSource> source, openFile(options.input));
+  ISOREEL_ASSIGN(std::unique_ptr<ByteSource> source, openBytes(options.input));
   if (!source->seekable()) return {};
   ISOREEL_ASSIGN(const std::unique_ptr<Reader> reader, Reader::open(std::move(source), options.track));
   const FileInfo& info = reader->info();
@@ -198,42 +219,64 @@ Status verifyIndex(const VerifyOptions& options, const std::vector<FrameHeader>&
 
 /// Parity is of no use if it is not checked before it is needed.
 ParityReport verifyParity(const VerifyOptions& options) {
-  const auto source = openFile(options.input);
+  const auto source = openBytes(options.input);
   if (!source.ok() || !(*source)->seekable()) return {};
   Result<ParityReport> report = checkParity(**source);
   return report.ok() ? *std::move(report) : ParityReport();
 }
 
-/// The tracks to look at: the one asked for, or all.
-std::vector<std::string> tracksToVerify(const VerifyOptions& options) {
-  if (!options.track.empty()) return {options.track};
-  auto source = openFile(options.input);
-  if (!source.ok() || !(*source)->seekable()) return {""};
-  const auto reader = Reader::open(*std::move(source));
+/// The tracks to look at: the one asked for, or all. What is a pipe has one.
+std::vector<std::string> tracksToVerify(const VerifyOptions& options, bool pipe) {
+  if (!options.track.empty() || pipe) return {options.track};
+  const Result<Input> input = openInput(options.input);
   std::vector<std::string> tracks;
-  for (std::size_t i = 0; reader.ok() && i < (*reader)->info().tracks.size(); ++i)
-    tracks.push_back(i == 0 ? "" : std::to_string((*reader)->info().tracks[i].id));
+  for (std::size_t i = 0; input.ok() && i < input->info.tracks.size(); ++i)
+    tracks.push_back(i == 0 ? "" : std::to_string(input->info.tracks[i].id));
   return tracks.empty() ? std::vector<std::string>{""} : tracks;
+}
+
+Result<lavf::Sniffed> openSniffed(const std::string& path) {
+  ISOREEL_ASSIGN(auto source, openBytes(path));
+  return lavf::sniff(std::move(source));
+}
+
+/// One track. Whether the file is one of another container.
+bool verifyTrack(const VerifyOptions& options, Result<lavf::Sniffed> bytes, Findings& findings) {
+  if (!bytes.ok()) {
+    findings.add(bytes.status());
+    return false;
+  }
+  if (bytes->carrier) {
+    findings.add(verifyCarried(options, *std::move(bytes), findings));
+    return true;
+  }
+  std::vector<FrameHeader> headers;
+  FileInfo info;
+  findings.in_track = 0;
+  const Status status = verifyChunks(options, std::move(bytes->source), findings, headers, info);
+  if (status.ok()) {
+    findings.add(verifyIndex(options, headers, info));
+  } else {
+    findings.add(status);
+    if (!interrupted) verifyRest(options, findings);
+  }
+  return false;
 }
 
 Status verify(const VerifyOptions& all) {
   Findings findings{all.input, 0, 0, {}, {}};
-  for (const std::string& track : tracksToVerify(all)) {
+  Result<lavf::Sniffed> bytes = openSniffed(all.input);
+  const bool pipe = !bytes.ok() || !bytes->source->seekable();
+  bool carried = false;
+  for (const std::string& track : tracksToVerify(all, pipe)) {
     VerifyOptions options = all;
     options.track = track;
-    std::vector<FrameHeader> headers;
-    FileInfo info;
-    findings.in_track = 0;
-    if (const Status status = verifyChunks(options, findings, headers, info); !status.ok()) {
-      findings.add(status);
-      if (!interrupted) verifyRest(options, findings);
-    } else if (const Status index = verifyIndex(options, headers, info); !index.ok()) {
-      findings.add(index);
-    }
+    if (!pipe) bytes = openSniffed(all.input);
+    carried = verifyTrack(options, std::move(bytes), findings);
     if (interrupted) return {ErrorCode::kIo, "interrupted"};
   }
-  if (!findings.problems.empty()) scanRest(all, findings);
-  const ParityReport parity = verifyParity(all);
+  if (!findings.problems.empty() && !carried && !pipe) scanRest(all, findings);
+  const ParityReport parity = carried || pipe ? ParityReport() : verifyParity(all);
   if (all.json) {
     fmt::print("{}\n", nlohmann::ordered_json{{"ok", findings.problems.empty()},
                                               {"frames", findings.frames},
@@ -266,7 +309,7 @@ void addVerifyCommand(CLI::App& app, Action& chosen) {
   CLI::App* verb = app.add_subcommand(
       "verify", "Check every checksum, decode every frame, compare hashes, check that surfaces are closed");
   const auto options = std::make_shared<VerifyOptions>();
-  verb->add_option("input", options->input, "The .isr file; - for standard input")->required();
+  verb->add_option("input", options->input, kInputHelp)->required();
   verb->add_option("--jobs", options->jobs, "Threads; 0: one a core")->check(CLI::Range(0, 256));
   verb->add_flag("--json", options->json,
                  "One JSON object: ok, frames, problems, lost (numbers of frames that others' damage takes "
