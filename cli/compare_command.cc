@@ -146,7 +146,7 @@ void addCompareCommand(CLI::App& app, Action& chosen) {
   CLI::App* verb = app.add_subcommand(
       "compare", "Distance of each frame to its volume's isosurface and to the extracted mesh, in cells");
   const auto options = std::make_shared<CompareOptions>();
-  verb->add_option("file", options->input, "The .isr file; - for standard input")->required();
+  verb->add_option("file", options->input, kInputHelp)->required();
   options->volumes.add(*verb);
   verb->add_option("--frames", options->frames,
                    "Only the frames A:B (half-open), A:, :B or A (default: all)");

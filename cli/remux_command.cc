@@ -106,8 +106,11 @@ Status copyPackets(const std::vector<Track>& tracks, Writer& writer, Progress& p
   std::vector<std::uint64_t> ids{0}, next(tracks.size(), 0);
   for (std::size_t i = 1; i < tracks.size(); ++i) {
     const FileInfo& info = tracks[i].input.info;
-    ISOREEL_ASSIGN(const std::uint64_t id,
-                   writer.addTrack({info.time_base, info.track_name, info.configuration}));
+    const auto& there = writer.info().tracks;
+    const bool taken = std::any_of(there.begin(), there.end(),
+                                   [&](const TrackInfo& track) { return track.name == info.track_name; });
+    const std::string name = taken ? fmt::format("{} {}", info.track_name, i) : info.track_name;
+    ISOREEL_ASSIGN(const std::uint64_t id, writer.addTrack({info.time_base, name, info.configuration}));
     ids.push_back(id);
   }
   for (std::size_t i; (i = earliest(tracks, next)) < tracks.size();) {

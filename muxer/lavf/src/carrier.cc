@@ -37,7 +37,6 @@ class Replay final : public ByteSource {
   Bytes head_;
 };
 
-
 struct Extension {
   const char* extension;
   Carrier carrier;
@@ -54,7 +53,8 @@ struct Refusal {
   const char* extensions;
   const char* why;
 };
-constexpr const char* kMpegTs = "MPEG-TS has no place for a codec it does not list, and cuts packets anywhere";
+constexpr const char* kMpegTs =
+    "MPEG-TS has no place for a codec it does not list, and cuts packets anywhere";
 constexpr const char* kFlv = "FLV lists its codecs, and ours is none of them";
 constexpr const char* kOgg = "Ogg has no mapping for packets with times of their own";
 constexpr const char* kWebm = "WebM allows VP8, VP9 and AV1 only; Matroska (.mkv) takes the packets";

@@ -19,12 +19,20 @@ constexpr std::uint64_t kFewPackets = 64;  // sooner read and dropped than looke
 int openNothing(AVFormatContext*, AVIOContext**, const char*, int, AVDictionary**) { return AVERROR(EPERM); }
 
 TimeBase unitOf(AVRational base) {
-  return {static_cast<std::uint32_t>(std::max(base.num, 1)), static_cast<std::uint32_t>(std::max(base.den, 1))};
+  return {static_cast<std::uint32_t>(std::max(base.num, 1)),
+          static_cast<std::uint32_t>(std::max(base.den, 1))};
 }
 
 std::string tagOf(const AVStream& stream, const char* key) {
   const AVDictionaryEntry* entry = av_dict_get(stream.metadata, key, nullptr, 0);
   return entry == nullptr ? "" : entry->value;
+}
+
+/// Where a MOV has a track's name. libavformat reads it with its length in front when the brand is MP4's.
+std::string handlerName(const AVStream& stream) {
+  std::string name = tagOf(stream, "handler_name");
+  if (!name.empty() && static_cast<unsigned char>(name[0]) == name.size() - 1) name.erase(0, 1);
+  return name == "VideoHandler" ? "" : name;  // what muxers write when there is none
 }
 
 ByteSpan bytesOf(const AVPacket& packet) {
@@ -39,9 +47,11 @@ struct CarrierReader::State {
   AVFormatContext* file = nullptr;
   Owner<AVPacket> packet{av_packet_alloc()};
   int stream = -1;
+  std::vector<int> streams;  // of our tracks
   Carrier carrier = Carrier::kNut;
   FileInfo info;
   SampleList samples;
+  bool listed = false;  // all packets were seen
   std::map<Place, std::size_t> entries;
   std::optional<std::size_t> last;  // entry that was read last, when the demuxer stands behind it
   std::vector<Bytes> kept;          // of a source that cannot go back: the packets
@@ -52,6 +62,7 @@ struct CarrierReader::State {
     io.reset();
   }
   Status openFile();
+  void listenTo(const std::vector<int>& wanted);
   Status chooseStream(const std::string& track);
   Status readAll();
   Result<bool> nextPacket();
@@ -76,10 +87,16 @@ Status CarrierReader::State::openFile() {
   file->format_whitelist = av_strdup(kDemuxerNames);
   const int opened = avformat_open_input(&file, "", nullptr, nullptr);
   if (opened < 0) return failure(ErrorCode::kBadData, "its head is damaged, or not there", opened);
-  for (unsigned i = 0; i < file->nb_streams; ++i) {
-    if (static_cast<int>(i) != stream) file->streams[i]->discard = AVDISCARD_ALL;
-  }
+  listenTo({stream});
   return {};
+}
+
+/// Packets of other streams are passed over, unread where that can be done.
+void CarrierReader::State::listenTo(const std::vector<int>& wanted) {
+  for (unsigned i = 0; i < file->nb_streams; ++i) {
+    const bool heard = std::find(wanted.begin(), wanted.end(), static_cast<int>(i)) != wanted.end();
+    file->streams[i]->discard = heard ? AVDISCARD_DEFAULT : AVDISCARD_ALL;
+  }
 }
 
 Status CarrierReader::State::chooseStream(const std::string& track) {
@@ -88,13 +105,13 @@ Status CarrierReader::State::chooseStream(const std::string& track) {
   const AVDictionaryEntry* brand = av_dict_get(file->metadata, "major_brand", nullptr, 0);
   if (carrier == Carrier::kMov && brand != nullptr && std::string(brand->value) != "qt  ")
     carrier = Carrier::kMp4;
-  std::vector<int> streams;
   for (unsigned i = 0; i < file->nb_streams; ++i) {
     const AVStream& each = *file->streams[i];
     if (each.codecpar->codec_tag != kFourCc) continue;
     TrackInfo found;
     found.id = streams.size();
     found.name = tagOf(each, "title");
+    if (found.name.empty()) found.name = handlerName(each);
     found.time_base = unitOf(each.time_base);
     info.tracks.push_back(found);
     streams.push_back(static_cast<int>(i));
@@ -114,7 +131,7 @@ Status CarrierReader::State::chooseStream(const std::string& track) {
   stream = streams[chosen];
   info.track_id = chosen;
   info.track_name = info.tracks[chosen].name;
-  file->streams[stream]->discard = AVDISCARD_DEFAULT;
+  listenTo(streams);
   return {};
 }
 
@@ -130,6 +147,9 @@ Result<bool> CarrierReader::State::nextPacket() {
     if (code == AVERROR_EOF && io->status().ok()) return false;
     if (code < 0) return failure(ErrorCode::kBadData, "cannot be read on", code);
     if (packet->stream_index == stream) return true;
+    const auto other = std::find(streams.begin(), streams.end(), packet->stream_index);
+    if (!listed && other != streams.end() && (packet->flags & AV_PKT_FLAG_DISCARD) == 0)
+      ++info.tracks[static_cast<std::size_t>(other - streams.begin())].frames;
   }
 }
 
@@ -154,6 +174,8 @@ Status CarrierReader::State::readAll() {
       kept.emplace_back(bytesOf(*packet).begin(), bytesOf(*packet).end());
     }
   }
+  listed = true;
+  listenTo({stream});
   samples.finish(unitOf(file->streams[stream]->time_base),
                  FactList::parse(takeText(file->metadata, kFactsKey)));
   kept.resize(std::min(kept.size(), samples.headers().size()));
@@ -168,8 +190,7 @@ Status CarrierReader::State::readAll() {
   info.time_base = samples.timeBase();
   info.tags = takeTags(file->metadata);
   const FrameHeader& end = samples.headers().back();
-  info.chapters =
-      takeChapters(*file, info.time_base, end.time + static_cast<std::int64_t>(end.duration));
+  info.chapters = takeChapters(*file, info.time_base, end.time + static_cast<std::int64_t>(end.duration));
   info.bytes = source->size().value_or(0);
   info.damage.insert(info.damage.begin(), samples.damage().begin(), samples.damage().end());
   TrackInfo& track = info.tracks[info.track_id];

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstring>
 #include <limits>
+#include <optional>
 
 #include "av.h"
 #include "facts.h"
@@ -39,18 +40,27 @@ Status refuse(Carrier carrier, const std::string& why) {
   return {ErrorCode::kUnsupported, std::string(carrierName(carrier)) + " would lose something: " + why};
 }
 
+/// The first entry that does not come where a constant rate would have it; none when all do.
+std::optional<std::uint64_t> breakOfRate(const Lane& lane) {
+  const PacketSource& packets = *lane.track->packets;
+  const std::uint64_t gap = packets.entryHeader(0).duration;
+  for (std::size_t i = 0; i < lane.times.size(); ++i) {
+    const bool comes = i == 0 || static_cast<std::uint64_t>(lane.times[i] - lane.times[i - 1]) == gap;
+    if (!comes || packets.entryHeader(i).duration != gap) return i;
+  }
+  return std::nullopt;
+}
+
 /// A rate that AVI can keep: frame i at i units.
 Status makeConstant(Lane& lane) {
   const PacketSource& packets = *lane.track->packets;
-  const auto gap = static_cast<std::int64_t>(packets.entryHeader(0).duration);
-  for (std::size_t i = 1; i < lane.times.size(); ++i) {
-    if (lane.times[i] - lane.times[i - 1] != gap) {
-      return refuse(Carrier::kAvi, "it knows a constant rate only, and frame " +
-                                       std::to_string(packets.entryHeader(i).number) +
-                                       " breaks it; .nut, .mov and .mkv keep any times");
-    }
+  if (const auto entry = breakOfRate(lane)) {
+    return refuse(Carrier::kAvi, "it knows a constant rate only, and frame " +
+                                     std::to_string(packets.entryHeader(*entry).number) +
+                                     " breaks it; .nut, .mov and .mkv keep any times");
   }
-  if (gap > kMost32 / lane.unit.num) return refuse(Carrier::kAvi, "its unit of time has 31 bits");
+  const auto gap = static_cast<std::int64_t>(packets.entryHeader(0).duration);
+  if (gap < 1 || gap > kMost32 / lane.unit.num) return refuse(Carrier::kAvi, "its unit of time has 31 bits");
   lane.unit.num *= static_cast<int>(gap);
   for (std::size_t i = 0; i < lane.times.size(); ++i) lane.times[i] = static_cast<std::int64_t>(i);
   return {};
@@ -78,7 +88,8 @@ Result<Lane> layOut(const CarrierTrack& track, Carrier carrier) {
   const std::int64_t first = packets.entryHeader(first_shown).time;
   if (first < 0 || first_shown > 0 || carrier == Carrier::kAvi) lane.shift = -first;
   for (std::int64_t& time : lane.times) time += lane.shift;
-  for (std::uint64_t i = first_shown; i-- > 0;) lane.times[i] = std::min(lane.times[i], lane.times[i + 1] - 1);
+  for (std::uint64_t i = first_shown; i-- > 0;)
+    lane.times[i] = std::min(lane.times[i], lane.times[i + 1] - 1);
   if (carrier == Carrier::kAvi) ISOREEL_TRY(makeConstant(lane));
   for (std::uint64_t i = 1; i < lane.times.size() && isMov(carrier); ++i) {
     if (lane.times[i] - lane.times[i - 1] > kMost32 / lane.unit.num) {
@@ -96,6 +107,13 @@ Status addStream(AVFormatContext& file, Lane& lane) {
   lane.stream = avformat_new_stream(&file, nullptr);
   if (lane.stream == nullptr) throw std::bad_alloc();
   lane.stream->time_base = lane.unit;
+  const FrameHeader& first = track.packets->entryHeader(0);
+  if (!breakOfRate(lane)) {
+    // Matroska has no other place for how long the last frame lasts, which those who append want to know.
+    av_reduce(&lane.stream->avg_frame_rate.num, &lane.stream->avg_frame_rate.den, track.time_base.denominator,
+              static_cast<std::int64_t>(first.duration) * track.time_base.numerator, kMost32);
+    lane.stream->r_frame_rate = lane.stream->avg_frame_rate;
+  }
   AVCodecParameters& codec = *lane.stream->codecpar;
   codec.codec_type = AVMEDIA_TYPE_VIDEO;
   codec.codec_id = AV_CODEC_ID_NONE;
@@ -107,7 +125,9 @@ Status addStream(AVFormatContext& file, Lane& lane) {
   if (codec.extradata == nullptr) throw std::bad_alloc();
   std::memcpy(codec.extradata, track.configuration.data(), track.configuration.size());
   codec.extradata_size = static_cast<int>(track.configuration.size());
-  if (!track.name.empty()) av_dict_set(&lane.stream->metadata, "title", track.name.c_str(), 0);
+  for (const char* key : {"title", "handler_name"}) {  // the second is MOV's
+    if (!track.name.empty()) av_dict_set(&lane.stream->metadata, key, track.name.c_str(), 0);
+  }
   return {};
 }
 
@@ -132,15 +152,14 @@ std::vector<std::string> lossesOf(Carrier carrier, const std::vector<Lane>& lane
   const auto isMarker = [](const Chapter& c) { return c.kind == Chapter::Kind::kMarker; };
   const auto markers = std::count_if(settings.chapters.begin(), settings.chapters.end(), isMarker);
   const bool avi = carrier == Carrier::kAvi;
-  if (avi) losses.push_back("AVI has no place for tags and for facts of frames (area, volume, box and so on)");
+  if (avi)
+    losses.push_back("AVI has no place for tags and for facts of frames (area, volume, box and so on)");
   if (avi && !settings.chapters.empty()) losses.push_back("AVI has no chapters");
   if (isMov(carrier) && markers > 0) losses.push_back(name + " has chapters, but no markers");
   for (const Lane& lane : lanes) {
     if (lane.shift != 0)
       losses.push_back("times start at 0, where they started at " +
                        std::to_string(lane.track->time_base.seconds(-lane.shift)) + " s");
-    if (!lane.track->name.empty() && carrier == Carrier::kNut)
-      losses.push_back("NUT has no names of tracks ('" + lane.track->name + "')");
   }
   return losses;
 }
@@ -155,7 +174,8 @@ Status begin(OutputFile& output, Carrier carrier, const std::vector<Lane>& lanes
     ISOREEL_ASSIGN(const std::string facts, factsOf(lanes));
     putText(&file.metadata, kFactsKey, facts, most);
     std::vector<Chapter> chapters = settings.chapters;
-    if (isMov(carrier)) std::erase_if(chapters, [](const Chapter& c) { return c.kind == Chapter::Kind::kMarker; });
+    if (isMov(carrier))
+      std::erase_if(chapters, [](const Chapter& c) { return c.kind == Chapter::Kind::kMarker; });
     const Lane& lane = lanes.front();
     const PacketSource& packets = *lane.track->packets;
     const FrameHeader& last = packets.entryHeader(packets.entryCount() - 1);
@@ -181,11 +201,10 @@ Status writePacket(OutputFile& output, Lane& lane, AVPacket& packet) {
   std::memcpy(packet.data, data.data(), data.size());
   packet.stream_index = lane.stream->index;
   packet.pts = packet.dts = lane.times[entry];
-  packet.duration =
-      av_cmp_q(lane.unit, {static_cast<int>(lane.track->time_base.numerator),
-                           static_cast<int>(lane.track->time_base.denominator)}) == 0
-          ? static_cast<std::int64_t>(header.duration)
-          : 1;
+  packet.duration = av_cmp_q(lane.unit, {static_cast<int>(lane.track->time_base.numerator),
+                                         static_cast<int>(lane.track->time_base.denominator)}) == 0
+                        ? static_cast<std::int64_t>(header.duration)
+                        : 1;
   if (header.type == PacketType::kIntra) packet.flags |= AV_PKT_FLAG_KEY;
   av_packet_rescale_ts(&packet, lane.unit, lane.stream->time_base);
   return output.check(av_interleaved_write_frame(&output.context(), &packet));
@@ -196,8 +215,8 @@ Lane* earliest(std::vector<Lane>& lanes) {
   Lane* result = nullptr;
   for (Lane& lane : lanes) {
     if (lane.next >= lane.times.size()) continue;
-    if (result == nullptr || av_compare_ts(lane.times[lane.next], lane.unit, result->times[result->next],
-                                           result->unit) < 0) {
+    if (result == nullptr ||
+        av_compare_ts(lane.times[lane.next], lane.unit, result->times[result->next], result->unit) < 0) {
       result = &lane;
     }
   }

@@ -62,7 +62,8 @@ void putTags(AVDictionary** entries, const std::string& tags, std::size_t most) 
   if (!json.is_object() || json.empty()) return;
   putText(entries, kTagsKey, tags, most);
   for (const auto& [key, value] : json.items()) {
-    if (value.is_string() && !key.empty() && !isOurs(key) && value.get_ref<const std::string&>().size() <= most)
+    if (value.is_string() && !key.empty() && !isOurs(key) &&
+        value.get_ref<const std::string&>().size() <= most)
       av_dict_set(entries, key.c_str(), value.get_ref<const std::string&>().c_str(), AV_DICT_DONT_OVERWRITE);
   }
 }

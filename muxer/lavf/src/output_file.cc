@@ -48,7 +48,8 @@ Status OutputFile::commit() {
   if (file >= 0) close(file);
   if (!flushed) return failure("the disk does not take it");
   std::error_code error;
-  if (!overwrite_ && std::filesystem::exists(path_, error)) return failure("it has come to be there meanwhile");
+  if (!overwrite_ && std::filesystem::exists(path_, error))
+    return failure("it has come to be there meanwhile");
   std::filesystem::rename(part_, path_, error);
   if (error) return failure(error.message());
   part_.clear();

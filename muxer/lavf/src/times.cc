@@ -56,9 +56,22 @@ TrackTimes carrierTimes(std::span<const Timing> timings, TimeBase unit) {
 
 }  // namespace
 
+/// Behind a join, a carrier that does not know how long a frame lasts may have two at one time.
+void makeRising(TrackTimes& times) {
+  for (std::size_t i = 1; i < times.times.size(); ++i) {
+    const std::int64_t before = times.times[i - 1];
+    if (times.times[i] > before) continue;
+    const auto most = static_cast<std::uint64_t>(kMost);
+    times.times[i] =
+        before + static_cast<std::int64_t>(std::clamp<std::uint64_t>(times.durations[i - 1], 1, most));
+  }
+}
+
 TrackTimes reconcileTimes(std::span<const Timing> timings, TimeBase own, TimeBase unit) {
-  if (auto result = ownTimes(timings, own, unit)) return *std::move(result);
-  return carrierTimes(timings, unit);
+  std::optional<TrackTimes> times = ownTimes(timings, own, unit);
+  if (!times) times = carrierTimes(timings, unit);
+  makeRising(*times);
+  return *std::move(times);
 }
 
 }  // namespace isoreel::lavf

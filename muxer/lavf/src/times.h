@@ -11,14 +11,14 @@ namespace isoreel::lavf {
 
 /// What a packet and its carrier say about when it is shown.
 struct Timing {
-  std::int64_t own = 0;            // ticks of the configuration record's time base
-  std::uint64_t own_duration = 0;  // the same
+  std::int64_t own = 0;                 // ticks of the configuration record's time base
+  std::uint64_t own_duration = 0;       // the same
   std::optional<std::int64_t> carrier;  // units of the carrier
   std::int64_t carrier_duration = 0;    // the same; 0: not told
 };
 
 /// Times of a track: those of the packets, moved by whole ticks where a cut or a join moved them, if they
-/// tell no other time than the carrier to within its unit; else the carrier's (spec mappings 4).
+/// tell no other time than the carrier to within its unit; else the carrier's (spec mappings 4). They rise.
 struct TrackTimes {
   TimeBase base;
   std::vector<std::int64_t> times;

@@ -9,10 +9,10 @@
 namespace isoreel::lavf {
 namespace {
 
-constexpr std::size_t kHeadBytes = 4096;  // what is looked at to know what it is
 constexpr std::uint64_t kTailBytes = std::uint64_t{1} << 18;
 constexpr std::uint64_t kSkipBytes = std::uint64_t{1} << 20;  // sooner read and dropped than asked for anew
-constexpr const char* kPatience = "30000000";                 // microseconds
+constexpr std::size_t kRecentBytes = std::size_t{1} << 23;
+constexpr const char* kPatience = "30000000";  // microseconds
 
 int asksToStop(void* stopped) { return (*static_cast<std::function<bool()>*>(stopped))() ? 1 : 0; }
 
@@ -26,17 +26,10 @@ class UrlSource final : public ByteSource {
 
   Status open() {
     ISOREEL_ASSIGN(connection_, connect(0));
-    head_.resize(kHeadBytes);
-    ISOREEL_ASSIGN(const std::size_t got, fill(*connection_, head_));
-    head_.resize(got);
-    position_ = got;
     const std::int64_t size = avio_size(connection_.get());
     if ((connection_->seekable & AVIO_SEEKABLE_NORMAL) == 0 || size < 0) return {};
     size_ = static_cast<std::uint64_t>(size);
-    if (*size_ > kTailBytes) return {};
-    ISOREEL_TRY(readTail(*connection_, got));
-    tail_.insert(tail_.begin(), head_.begin(), head_.end());
-    return {};
+    return *size_ <= kTailBytes ? readTail(*connection_, 0) : Status();
   }
 
   Result<std::size_t> read(std::uint64_t offset, std::span<std::uint8_t> out) override {
@@ -58,17 +51,15 @@ class UrlSource final : public ByteSource {
       }
     }
     std::size_t known = 0;
-    if (offset < head_.size()) {
-      const auto from = head_.begin() + static_cast<std::ptrdiff_t>(offset);
-      known = std::min(out.size(), head_.size() - static_cast<std::size_t>(offset));
+    if (offset < position_ && position_ - offset <= recent_.size()) {
+      const auto from = recent_.end() - static_cast<std::ptrdiff_t>(position_ - offset);
+      known = static_cast<std::size_t>(std::min<std::uint64_t>(out.size(), position_ - offset));
       std::copy_n(from, known, out.begin());
       if (known == out.size()) return known;
     }
     ISOREEL_TRY(goTo(offset + known));
-    ISOREEL_ASSIGN(const std::size_t got, fill(*connection_, out.subspan(known)));
-    position_ += got;
-    if (size_ && known + got < out.size())
-      return failure("ends early, at byte " + std::to_string(position_));
+    ISOREEL_ASSIGN(const std::size_t got, advance(out.subspan(known)));
+    if (size_ && known + got < out.size()) return failure("ends early, at byte " + std::to_string(position_));
     return known + got;
   }
   std::optional<std::uint64_t> size() const override { return size_; }
@@ -101,6 +92,16 @@ class UrlSource final : public ByteSource {
     return done;
   }
 
+  /// Reads on where the connection is, and remembers what was read last.
+  Result<std::size_t> advance(std::span<std::uint8_t> out) {
+    ISOREEL_ASSIGN(const std::size_t got, fill(*connection_, out));
+    position_ += got;
+    recent_.insert(recent_.end(), out.begin(), out.begin() + static_cast<std::ptrdiff_t>(got));
+    if (recent_.size() > 2 * kRecentBytes)
+      recent_.erase(recent_.begin(), recent_.end() - static_cast<std::ptrdiff_t>(kRecentBytes));
+    return got;
+  }
+
   Status readTail(AVIOContext& from, std::uint64_t start) {
     Bytes tail(static_cast<std::size_t>(*size_ - start));
     ISOREEL_ASSIGN(const std::size_t got, fill(from, tail));
@@ -121,16 +122,17 @@ class UrlSource final : public ByteSource {
       return failure("cannot go to byte " + std::to_string(offset) + ": " + reason(static_cast<int>(at)));
     }
     position_ = offset;
+    recent_.clear();
     return {};
   }
 
   Status skipTo(std::uint64_t offset) {
     Bytes scratch(static_cast<std::size_t>(std::min<std::uint64_t>(offset - position_, 65536)));
     while (position_ < offset) {
-      const auto count = static_cast<std::size_t>(std::min<std::uint64_t>(offset - position_, scratch.size()));
-      ISOREEL_ASSIGN(const std::size_t got, fill(*connection_, std::span(scratch).first(count)));
+      const auto count =
+          static_cast<std::size_t>(std::min<std::uint64_t>(offset - position_, scratch.size()));
+      ISOREEL_ASSIGN(const std::size_t got, advance(std::span(scratch).first(count)));
       if (got == 0) break;
-      position_ += got;
     }
     return {};
   }
@@ -141,7 +143,8 @@ class UrlSource final : public ByteSource {
   Owner<AVIOContext> connection_;
   std::uint64_t position_ = 0;  // of the connection
   std::optional<std::uint64_t> size_;
-  Bytes head_, tail_;
+  Bytes recent_;  // that end at `position_`
+  Bytes tail_;
 };
 
 }  // namespace

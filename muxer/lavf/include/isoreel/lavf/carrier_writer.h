@@ -23,8 +23,8 @@ struct CarrierTrack {
 struct CarrierSettings {
   std::string tags = "{}";  // a JSON object
   std::vector<Chapter> chapters;
-  TimeBase chapter_base;            // of their times
-  bool overwrite = false;           // replace a file that is there already
+  TimeBase chapter_base;             // of their times
+  bool overwrite = false;            // replace a file that is there already
   std::function<bool()> onPacket{};  // called after each; writing stops, and fails, when it gives false
 };
 
