@@ -48,7 +48,7 @@ class UrlTest : public CliTest {
     longSequence(1000);
     ok("isoreel encode long.json -o long.isr --iso 0 --frame-types intra");
     const int port = freePort();
-    server_ = start(fmt::format(fmt::runtime("exec " + line), fmt::arg("port", port)));
+    server_ = start(fmt::format(fmt::runtime(line), fmt::arg("port", port)));
     for (int i = 0; i < 200 && !listens(port); ++i)
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
     return fmt::format("http://127.0.0.1:{}/", port);

@@ -2,6 +2,7 @@
 #include "metadata.h"
 
 extern "C" {
+#include <libavutil/avstring.h>
 #include <libavutil/mathematics.h>
 }
 
@@ -33,6 +34,11 @@ std::size_t partLength(const std::string& text, std::size_t start, std::size_t m
 
 std::string partKey(const std::string& key, std::size_t part) {
   return part == 1 ? key : key + "." + std::to_string(part);
+}
+
+bool isTechnical(const std::string& key) {  // in capitals, in Matroska
+  return std::any_of(kTechnical.begin(), kTechnical.end(),
+                     [&](const char* known) { return av_strcasecmp(known, key.c_str()) == 0; });
 }
 
 bool isOurs(const std::string& key) { return key.starts_with("ISOREEL_"); }
@@ -75,8 +81,7 @@ std::string takeTags(const AVDictionary* entries) {
   for (const AVDictionaryEntry* entry = nullptr;
        (entry = av_dict_get(entries, "", entry, AV_DICT_IGNORE_SUFFIX)) != nullptr;) {
     const std::string key = entry->key;
-    if (!isOurs(key) && std::find(kTechnical.begin(), kTechnical.end(), key) == kTechnical.end())
-      json[key] = entry->value;
+    if (!isOurs(key) && !isTechnical(key)) json[key] = entry->value;
   }
   tags = json.dump(-1, ' ', false, Json::error_handler_t::replace);
   return tags.size() <= kMostTags ? tags : "{}";
