@@ -87,6 +87,8 @@ Status CarrierReader::State::openFile() {
   file->format_whitelist = av_strdup(kDemuxerNames);
   const int opened = avformat_open_input(&file, "", nullptr, nullptr);
   if (opened < 0) return failure(ErrorCode::kBadData, "its head is damaged, or not there", opened);
+  if (stream >= static_cast<int>(file->nb_streams))
+    return {ErrorCode::kBadData, "is not what it was when it was opened"};
   listenTo({stream});
   return {};
 }
@@ -215,9 +217,10 @@ Result<bool> CarrierReader::State::readUpTo(std::size_t entry) {
 Result<Bytes> CarrierReader::State::fetch(std::size_t entry) {
   if (!kept.empty()) return kept[entry];
   enum class From { kHere, kSeek, kStart };
-  const bool near = last && *last < entry && entry - *last <= kFewPackets;
+  const bool near = file != nullptr && last && *last < entry && entry - *last <= kFewPackets;
   for (const From from : {From::kHere, From::kSeek, From::kStart}) {
     if (from == From::kHere && !near) continue;
+    if (from == From::kSeek && file == nullptr) continue;  // could not be opened anew the last time
     if (from == From::kSeek) {
       last.reset();
       const std::uint64_t back = std::min<std::uint64_t>(samples.headers()[entry].back, entry);

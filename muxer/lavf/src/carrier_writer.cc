@@ -17,6 +17,7 @@ namespace isoreel::lavf {
 namespace {
 
 constexpr std::int64_t kMost32 = std::numeric_limits<std::int32_t>::max();
+constexpr std::int64_t kMostTicks = std::int64_t{1} << 61;
 constexpr std::uint32_t kMostSide = 65535;  // MOV and AVI have 16 bits for it
 
 /// A track as it will stand in the carrier.
@@ -83,6 +84,8 @@ Result<Lane> layOut(const CarrierTrack& track, Carrier carrier) {
                                  " has hidden packets in front of it, which are decoded and not shown; a MOV "
                                  "keeps them at its start, no carrier within");
     }
+    if (header.time > kMostTicks || header.time < -kMostTicks || header.duration > std::uint64_t{kMostTicks})
+      return refuse(carrier, "times beyond 2^61 ticks");
     lane.times.push_back(header.time);
   }
   const std::int64_t first = packets.entryHeader(first_shown).time;

@@ -20,6 +20,9 @@ constexpr std::size_t kMostTags = std::size_t{1} << 20;  // spec container 6.1
 constexpr std::array<const char*, 6> kTechnical{"major_brand", "minor_version", "compatible_brands",
                                                 "encoder",     "creation_time", "handler_name"};
 
+constexpr std::int64_t kMostTicks = std::int64_t{1} << 61;  // their sums and differences fit
+bool beyond(std::int64_t ticks) { return ticks > kMostTicks || ticks < -kMostTicks; }
+
 AVRational rational(TimeBase base) {
   return {static_cast<int>(base.numerator), static_cast<int>(base.denominator)};
 }
@@ -94,6 +97,7 @@ void putChapters(AVFormatContext& file, const std::vector<Chapter>& chapters, Ti
   std::stable_sort(sorted.begin(), sorted.end(), earlier);
   for (std::size_t i = 0; i < sorted.size(); ++i) {
     const Chapter& chapter = sorted[i];
+    if (beyond(chapter.start) || chapter.length > static_cast<std::uint64_t>(kMostTicks)) continue;
     std::int64_t until = chapter.start + static_cast<std::int64_t>(chapter.length);
     if (chapter.kind == Chapter::Kind::kChapter && chapter.length == 0) {
       const auto next = std::find_if(sorted.begin() + static_cast<std::ptrdiff_t>(i) + 1, sorted.end(),
@@ -118,6 +122,7 @@ std::vector<Chapter> takeChapters(const AVFormatContext& file, TimeBase base, st
     if (read.time_base.num <= 0 || read.time_base.den <= 0 || read.end < read.start) continue;
     const std::int64_t start = av_rescale_q(read.start, read.time_base, rational(base));
     const std::int64_t until = av_rescale_q(read.end, read.time_base, rational(base));
+    if (beyond(start) || beyond(until)) continue;
     const AVDictionaryEntry* title = av_dict_get(read.metadata, "title", nullptr, 0);
     Chapter chapter{read.start == read.end ? Chapter::Kind::kMarker : Chapter::Kind::kChapter, start,
                     static_cast<std::uint64_t>(std::max<std::int64_t>(until - start, 0)),

@@ -2,11 +2,19 @@
 #include "sample_list.h"
 
 namespace isoreel::lavf {
+namespace {
+
+constexpr std::size_t kMostLines = 100;  // of damage: who made a file of it does not get to fill the memory
+
+}  // namespace
 
 void SampleList::refuse(const Sample& sample, const std::string& why) {
-  const std::string place =
-      sample.place.position >= 0 ? " at byte " + std::to_string(sample.place.position) : "";
-  damage_.push_back("packet " + std::to_string(packets_ - 1) + place + ": " + why);
+  ++refused_;
+  if (damage_.size() < kMostLines) {
+    const std::string place =
+        sample.place.position >= 0 ? " at byte " + std::to_string(sample.place.position) : "";
+    damage_.push_back("packet " + std::to_string(packets_ - 1) + place + ": " + why);
+  }
   if (configuration_.empty()) return;  // the sequence starts at its first key
   ++position_;
   if (!sample.hidden) ++number_;
@@ -74,6 +82,8 @@ bool SampleList::add(Sample sample, ByteSpan packet) {
 
 void SampleList::finish(TimeBase unit, const FactList& facts) {
   dropHidden();
+  if (refused_ > damage_.size())
+    damage_.push_back("and " + std::to_string(refused_ - damage_.size()) + " packets more");
   TrackTimes times = reconcileTimes(timings_, base_, unit);
   base_ = times.base;
   for (std::size_t i = 0; i < headers_.size(); ++i) {

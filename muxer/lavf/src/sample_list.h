@@ -54,6 +54,7 @@ class SampleList {
   TimeBase base_;
   Bytes configuration_;
   std::vector<std::string> damage_;
+  std::uint64_t refused_ = 0;
   std::uint64_t packets_ = 0;   // of the track that came
   std::uint64_t position_ = 0;  // of the next one in the sequence; counts what is damaged, too
   std::uint64_t number_ = 0;

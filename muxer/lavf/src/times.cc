@@ -9,6 +9,8 @@ namespace {
 __extension__ using Wide = __int128;
 constexpr std::int64_t kMost = std::int64_t{1} << 61;  // products with two 32-bit numbers then fit into Wide
 
+bool beyond(std::int64_t ticks) { return ticks > kMost || ticks < -kMost; }
+
 Wide divideRounded(Wide a, Wide b) {  // b > 0
   const Wide half = a >= 0 ? b / 2 : -(b / 2);
   return (a + half) / b;
@@ -22,7 +24,8 @@ std::optional<TrackTimes> ownTimes(std::span<const Timing> timings, TimeBase own
   TrackTimes result{own, {}, {}};
   Wide shift = 0;  // ticks
   for (const Timing& t : timings) {
-    if (std::abs(t.own) > kMost || (t.carrier && std::abs(*t.carrier) > kMost)) return std::nullopt;
+    if (t.own_duration > static_cast<std::uint64_t>(kMost)) return std::nullopt;
+    if (beyond(t.own) || (t.carrier && beyond(*t.carrier))) return std::nullopt;
     if (t.carrier) {
       const Wide at = *t.carrier * one;
       const auto agrees = [&] {
@@ -61,9 +64,9 @@ void makeRising(TrackTimes& times) {
   for (std::size_t i = 1; i < times.times.size(); ++i) {
     const std::int64_t before = times.times[i - 1];
     if (times.times[i] > before) continue;
-    const auto most = static_cast<std::uint64_t>(kMost);
+    const std::uint64_t room = before < kMost ? static_cast<std::uint64_t>(kMost) : 1;
     times.times[i] =
-        before + static_cast<std::int64_t>(std::clamp<std::uint64_t>(times.durations[i - 1], 1, most));
+        before + static_cast<std::int64_t>(std::clamp<std::uint64_t>(times.durations[i - 1], 1, room));
   }
 }
 
