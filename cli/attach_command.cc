@@ -77,18 +77,7 @@ Status extract(const ExtractOptions& options) {
     ISOREEL_TRY(mayWrite(output, options.force));
     ISOREEL_ASSIGN(sink, createFile(output, options.force));
   }
-  const auto copy = [&]() -> Status {
-    Bytes buffer(std::size_t{1} << 20);
-    for (std::uint64_t offset = 0;;) {
-      ISOREEL_ASSIGN(const std::size_t got, content->read(offset, buffer));
-      if (got == 0) return sink->commit();
-      ISOREEL_TRY(sink->append(ByteSpan(buffer).first(got)));
-      offset += got;
-    }
-  };
-  const Status status = copy();
-  if (!status.ok()) sink->discard();
-  return status;
+  return copyAll(*content, *sink);
 }
 
 }  // namespace

@@ -73,7 +73,7 @@ Result<std::vector<Chapter>> fromJson(const Json& list, const std::string& path,
     if (!entry.is_object() || !entry.contains("start") || !entry["start"].is_number() ||
         !entry.value("title", Json("")).is_string() || !(std::abs(entry["start"].get<double>()) < 1e9)) {
       return {ErrorCode::kBadData,
-              path + ": is no list of objects with start (in seconds), end, title and kind"};
+              path + ": is no {\"chapters\": […]} of objects with start (in seconds), end, title and kind"};
     }
     Chapter& chapter = chapters.emplace_back();
     chapter.start = in_ticks(entry["start"].get<double>());
@@ -93,7 +93,7 @@ Status chapter(const ChapterOptions& options) {
     ISOREEL_ASSIGN(const auto reader, Reader::open(options.file));
     if (!options.changes()) {
       if (options.json) {
-        fmt::print("{}\n", dumped(chaptersJson(reader->info()), 2));
+        fmt::print("{}\n", dumped(Json{{"chapters", chaptersJson(reader->info())}}, 2));
       } else {
         for (const std::string& line : chapterLines(reader->info())) fmt::print("{}\n", line);
       }
@@ -101,8 +101,8 @@ Status chapter(const ChapterOptions& options) {
     }
     if (!options.clear && options.from.empty()) chapters = reader->info().chapters;
     if (!options.from.empty()) {
-      ISOREEL_ASSIGN(const Json list, readJson(options.from, Json::array()));
-      ISOREEL_ASSIGN(chapters, fromJson(list, options.from, *reader));
+      ISOREEL_ASSIGN(const Json object, readJson(options.from, Json::object()));
+      ISOREEL_ASSIGN(chapters, fromJson(object.value("chapters", Json::array()), options.from, *reader));
     }
     for (const std::string& text : options.chapters) {
       ISOREEL_ASSIGN(chapters.emplace_back(), parsed("--add", Chapter::Kind::kChapter, text, *reader));
@@ -129,10 +129,9 @@ void addChapterCommand(CLI::App& app, Action& chosen) {
   verb->add_option("--marker", options->markers, "A marker TIME=TITLE; may be repeated")
       ->take_all()
       ->default_str("");
-  verb->add_option("--from", options->from,
-                   "A JSON file with a list as --json prints it, which replaces all");
+  verb->add_option("--from", options->from, "A JSON file as --json prints it, which replaces all");
   verb->add_flag("--clear", options->clear, "Take all away first");
-  verb->add_flag("--json", options->json, "Show them as a JSON list; times are seconds");
+  verb->add_flag("--json", options->json, "Show them as one JSON object; times are seconds");
   verb->callback([options, &chosen] { chosen = [options] { return chapter(*options); }; });
 }
 

@@ -23,6 +23,8 @@ void addVerifyCommand(CLI::App& app, Action& chosen);
 void addCompareCommand(CLI::App& app, Action& chosen);
 void addRemuxCommand(CLI::App& app, Action& chosen);
 void addRenderCommand(CLI::App& app, Action& chosen);
+void addTrimCommand(CLI::App& app, Action& chosen);
+void addConcatCommand(CLI::App& app, Action& chosen);
 void addRepairCommand(CLI::App& app, Action& chosen);
 void addTagCommand(CLI::App& app, Action& chosen);
 void addChapterCommand(CLI::App& app, Action& chosen);

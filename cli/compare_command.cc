@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "command.h"
+#include "frame_range.h"
 #include "input.h"
 #include "options.h"
 #include "output.h"
@@ -75,11 +76,11 @@ Status compare(const CompareOptions& options) {
     return {ErrorCode::kInvalidArgument,
             fmt::format("the grid of {} is not that of {}", volumes->name(0), options.input)};
   }
-  const FrameRange range = parseFrames(options.frames, count);
+  const FrameRange range = parseFrames(options.frames, timelineOf(*input.packets, input.info.time_base));
   const ThreadLimit limit(options.jobs);
   const Inside inside = input.configuration.inside;
   Progress progress("compare", range.size());
-  Player player(*input.packets);
+  Player player(*input.packets, 0);  // forward only: nothing is asked for again
   std::uint64_t next = range.begin;
   Mean volume_mean, extracted_mean;
   Json frames = Json::array();
@@ -148,8 +149,7 @@ void addCompareCommand(CLI::App& app, Action& chosen) {
   const auto options = std::make_shared<CompareOptions>();
   verb->add_option("file", options->input, kInputHelp)->required();
   options->volumes.add(*verb);
-  verb->add_option("--frames", options->frames,
-                   "Only the frames A:B (half-open), A:, :B or A (default: all)");
+  verb->add_option("--frames", options->frames, kFramesHelp);
   verb->add_option_function<std::string>(
           "--vertex",
           [options = options.get()](const std::string& text) {

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "command.h"
+#include "frame_range.h"
 #include "gop.h"
 #include "input.h"
 #include "options.h"
@@ -55,7 +56,7 @@ class ChosenFrames {
     if (result.reader_) {
       result.info_ = std::move(forward.input.info);
       warnOfDamage(result.info_, options.input);
-      result.range_ = parseFrames(options.frames, result.reader_->frameCount());
+      result.range_ = parseFrames(options.frames, timelineOf(*result.reader_, result.info_.time_base));
       result.total_ = result.range_.size();
       if (result.range_.size() > 0) {
         const PacketSource& reader = *result.reader_;
@@ -63,10 +64,11 @@ class ChosenFrames {
         const Result<std::uint64_t> key = keyEntry(reader, result.range_.begin);
         result.next_ = key.ok() ? *key : first;  // the decoder says what is missing
         result.end_ = reader.entryOf(result.range_.end - 1) + 1;
+        result.reader_->willRead(result.next_, result.end_);
         result.first_number_ = reader.header(result.range_.begin).number;
       }
     } else {
-      result.range_ = parseFrames(options.frames, kUnknownEnd);
+      result.range_ = parseFrames(options.frames, {.count = kUnknownEnd, .base = {}, .time = {}});
       result.first_number_ = result.range_.begin;
       if (result.range_.end != kUnknownEnd) result.total_ = result.range_.size();
     }
@@ -258,8 +260,7 @@ void addDecodeCommand(CLI::App& app, Action& chosen) {
                   ".vtp gets an index with its times for ParaView: out/splash_%05d.vtp makes "
                   "out/splash.pvd, out/%05d.vtp out/frames.pvd",
                   fmt::join(io::meshExtensions(), " ")));
-  verb->add_option("--frames", options->frames,
-                   "Only the frames A:B (half-open), A:, :B or A (default: all)");
+  verb->add_option("--frames", options->frames, kFramesHelp);
   verb->add_option(
       "--level", options->level,
       "Coarser surface: octree level from the root (0), or from the finest (-1: cells twice as large)");

@@ -10,10 +10,13 @@
 
 #include "command.h"
 #include "encode_target.h"
+#include "frame_range.h"
+#include "metadata.h"
 #include "options.h"
 #include "output.h"
 #include "parallel.h"
 #include "progress.h"
+#include "shards.h"
 #include "volume_input.h"
 
 namespace isoreel::cli {
@@ -116,8 +119,8 @@ FrameTimes frameTimes(const EncodeOptions& options, const io::VolumeSequence& vo
   return times ? *times : constantRate("25", frames);
 }
 
-std::string tagsJson(const EncodeOptions& options) {
-  nlohmann::ordered_json tags;
+std::string tagsJson(const EncodeOptions& options, const std::optional<Shard>& shard) {
+  Json tags;
   tags["software"] = "isoreel " ISOREEL_VERSION;
   std::vector<std::string> names;
   for (const std::string& path : options.volumes.paths)
@@ -131,7 +134,8 @@ std::string tagsJson(const EncodeOptions& options) {
       throw CLI::ValidationError("--tag", fmt::format("'{}' is not KEY=VALUE", tag));
     tags[tag.substr(0, equals)] = tag.substr(equals + 1);
   }
-  return tags.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  if (shard) tags["shard"] = shardTag(*shard);
+  return dumped(tags);
 }
 
 struct Totals {
@@ -202,13 +206,19 @@ Status encode(const EncodeOptions& options) {
   const Stopwatch watch;
   ISOREEL_TRY(EncodeTarget::mayStart(options.target));
   const std::uint32_t step = stepUnits(options.step);
-  const std::string tags = tagsJson(options);
   ISOREEL_ASSIGN(const std::unique_ptr<io::VolumeSequence> volumes,
                  io::openVolumes(options.volumes.paths, options.volumes.options));
   std::vector<TargetTrack> tracks;
   const std::vector<std::vector<double>> isovalues = trackIsovalues(options, *volumes, tracks);
+  const std::uint64_t frames = isovalues.front().size();
   FrameTimes times = frameTimes(options, *volumes, isovalues.front().size());
-  const FrameRange range = parseFrames(options.frames, isovalues.front().size());
+  const FrameRange range = parseFrames(options.frames, {frames, times.base, [&](std::uint64_t frame) {
+                                                          return times.times[static_cast<std::size_t>(frame)];
+                                                        }});
+  std::optional<Shard> shard;
+  if (range.size() < frames && !options.target.append)
+    shard = Shard{range.begin, range.end, frames, options.gop};
+  const std::string tags = tagsJson(options, shard);
   EncodeTarget target;
   ISOREEL_TRY(target.open(options.target, tracks, times, static_cast<std::size_t>(range.begin)));
 
@@ -251,18 +261,22 @@ Status encode(const EncodeOptions& options) {
                                std::size_t frame) -> Result<EncodeItem::Frame> {
     const std::size_t index = volumes->size() == 1 ? 0 : frame;
     ISOREEL_ASSIGN(const std::shared_ptr<const Volume> volume, volumeAt(index));
-    const FrameTiming timing{tracks[track].number + frame - range.begin, times.times[frame],
-                             times.durations[frame], isovalues[track][frame]};
+    const std::uint64_t number = tracks[track].number + frame - range.begin;
+    // The packets of a shard have the numbers that a whole encode gives them.
+    const FrameTiming timing{shard ? frame : number, times.times[frame], times.durations[frame],
+                             isovalues[track][frame]};
     EncodeItem::Frame result;
     Result<Packet> packet = encoder.encode(*volume, timing, &result.sizes);
     if (!packet) return packet.status().at(volumes->name(index));
     result.packet = *std::move(packet);
+    result.packet.header.number = number;
     return result;
   };
-  // GOPs are closed: each has an encoder of its own. Those of several tracks take turns.
+  // GOPs are closed: each has an encoder of its own. They begin where those of a whole encode do. Those of
+  // several tracks take turns.
   const auto begin = [&](EncodeItem& item) -> Result<bool> {
     item.begin = next;
-    item.end = std::min<std::uint64_t>(next + options.gop, range.end);
+    item.end = std::min<std::uint64_t>(next - next % options.gop + options.gop, range.end);
     item.track = next_track++;
     if (next_track == tracks.size()) {
       next_track = 0;
@@ -300,7 +314,7 @@ Status encode(const EncodeOptions& options) {
     return {status.error().code, std::string(status.message()) + target.giveUp(totals.frames)};
   ISOREEL_TRY(target.finish());
   progress.clear();
-  printSummary(options, totals, target.writer().bytesWritten(), watch.seconds());
+  printSummary(options, totals, target.bytesAdded(), watch.seconds());
   return {};
 }
 
@@ -371,8 +385,7 @@ void addEncodeCommand(CLI::App& app, Action& chosen) {
           ->default_str("25");
   verb->add_option("--times", options->times, "File with the time of each frame in seconds, one a line")
       ->excludes(fps);
-  verb->add_option("--frames", options->frames,
-                   "Only the frames A:B (half-open), A:, :B or A (default: all)");
+  verb->add_option("--frames", options->frames, kFramesHelp);
   verb->add_option("--tag", options->tags, "Metadata KEY=VALUE; may be repeated")
       ->take_all()
       ->default_str("");

@@ -79,6 +79,7 @@ Status EncodeTarget::open(const TargetOptions& options, std::vector<TargetTrack>
   options_ = options;
   if (!options.append) return {};
   ISOREEL_ASSIGN(writer_, Writer::append(options.output, writerOptions()));
+  start_ = writer_->bytesWritten();
   const FileInfo& info = writer_->info();
   if (info.tracks.size() != tracks.size())
     return differs(options.output, "it has " + counted(info.tracks.size(), "track"));
@@ -136,8 +137,6 @@ Status EncodeTarget::begin(const Configuration& configuration, const Bytes& reco
     ISOREEL_TRY(writer_->addTrack({configuration.time_base, tracks[i].name, record}).status());
   return {};
 }
-
-Status EncodeTarget::finish() { return writer_->finish(); }
 
 std::string EncodeTarget::giveUp(std::uint64_t frames) {
   if (!writer_) return "";

@@ -45,8 +45,9 @@ class EncodeTarget {
                const std::vector<TargetTrack>& tracks, const std::string& tags, bool tags_given);
 
   Writer& writer() { return *writer_; }
-  /// A packet, or all of a GOP, is written; `frames` were before.
-  Status finish();
+  Status finish() { return writer_->finish(); }
+  /// What this encode added.
+  std::uint64_t bytesAdded() const { return writer_->bytesWritten() - start_; }
   /// After an error: what is left of `frames` that were written, in words; nothing of them if there are none.
   std::string giveUp(std::uint64_t frames);
 
@@ -55,6 +56,7 @@ class EncodeTarget {
 
   TargetOptions options_;
   std::unique_ptr<Writer> writer_;
+  std::uint64_t start_ = 0;  // bytes that were there
 };
 
 }  // namespace isoreel::cli

@@ -26,6 +26,7 @@ class PacketsInMemory final : public PacketSource {
   std::uint64_t entryOf(std::uint64_t frame) const override { return shown_[frame]; }
   const FrameHeader& entryHeader(std::uint64_t entry) const override { return packets_[entry].header; }
   Result<Bytes> entryPacket(std::uint64_t entry) override { return packets_[entry].data; }
+  std::uint64_t entryBytes(std::uint64_t entry) const override { return packets_[entry].data.size(); }
 
  private:
   std::vector<Packet> packets_;
@@ -95,7 +96,7 @@ Result<Input> openInput(lavf::Sniffed bytes, const std::string& track) {
     record = header.configuration;
   }
   ISOREEL_ASSIGN(input.configuration, readConfiguration(record));
-  if (input.carrier) input.configuration.time_base = input.info.time_base;
+  if (input.info.configuration.empty()) input.info.time_base = input.configuration.time_base;
   return std::move(input);
 }
 

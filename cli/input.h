@@ -26,7 +26,7 @@ Result<std::unique_ptr<ByteSource>> openBytes(const std::string& path);
 struct Input {
   std::unique_ptr<PacketSource> packets;
   FileInfo info;
-  Configuration configuration;           // its time base is that of `info`
+  Configuration configuration;
   std::optional<lavf::Carrier> carrier;  // what it is when it is no .isr file
 };
 /// `track`: name or number, "" for the first. Errors name the file.

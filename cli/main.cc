@@ -63,6 +63,8 @@ int run(std::vector<std::string> arguments) {
   addCompareCommand(app, chosen);
   addRemuxCommand(app, chosen);
   addRenderCommand(app, chosen);
+  addTrimCommand(app, chosen);
+  addConcatCommand(app, chosen);
   addRepairCommand(app, chosen);
   addTagCommand(app, chosen);
   addChapterCommand(app, chosen);

@@ -12,10 +12,12 @@ std::string dumped(const Json& json, int indent) {
   return json.dump(indent, ' ', false, Json::error_handler_t::replace);
 }
 
-Json tagsOf(const FileInfo& info) {
+Json tagsOf(const FileInfo& info) { return parsedTags(info.tags); }
+
+Json parsedTags(const std::string& tags) {
   const auto keep = [](int depth, Json::parse_event_t, Json&) { return depth < 64; };
-  Json tags = Json::parse(info.tags, keep, false);
-  return tags.is_discarded() ? Json(nullptr) : tags;
+  Json json = Json::parse(tags, keep, false);
+  return json.is_discarded() ? Json(nullptr) : json;
 }
 
 std::string printable(const Json& value) {

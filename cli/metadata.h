@@ -19,6 +19,7 @@ std::string dumped(const Json& json, int indent = -1);
 /// The tags, or null when they are no JSON. What is nested deeper than anyone writes is left out: printing
 /// recurses.
 Json tagsOf(const FileInfo& info);
+Json parsedTags(const std::string& tags);
 
 /// Tags and titles come from anywhere: a terminal must not obey what is in them.
 std::string printable(const Json& value);

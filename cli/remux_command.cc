@@ -50,6 +50,10 @@ class WholeGops final : public PacketSource {
   std::uint64_t entryOf(std::uint64_t frame) const override { return shown_[frame]; }
   const FrameHeader& entryHeader(std::uint64_t entry) const override { return headers_[entry]; }
   Result<Bytes> entryPacket(std::uint64_t entry) override { return source_.entryPacket(entries_[entry]); }
+  std::uint64_t entryBytes(std::uint64_t entry) const override { return source_.entryBytes(entries_[entry]); }
+  void willRead(std::uint64_t begin, std::uint64_t end) override {
+    if (begin < end) source_.willRead(entries_[begin], entries_[end - 1] + 1);
+  }
 
  private:
   PacketSource& source_;

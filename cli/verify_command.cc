@@ -52,6 +52,7 @@ struct Findings {
   /// What was found of a frame that was decoded after those before it. A P frame whose reference is missing
   /// is lost; its reference is among the problems.
   void addFrame(const FrameHeader& header, const Status& status) {
+    if (header.hidden() && !status.ok() && status.error().code == ErrorCode::kNotFound) return;
     if (!status.ok() && header.type == PacketType::kPredicted &&
         status.error().code == ErrorCode::kNotFound) {
       lost.push_back(header.number);

@@ -52,6 +52,21 @@ Result<std::unique_ptr<ByteSink>> createFile(const std::filesystem::path& path, 
   return std::unique_ptr<ByteSink>(std::move(file));
 }
 
+Status copyAll(ByteSource& source, ByteSink& sink) {
+  const auto copy = [&]() -> Status {
+    Bytes buffer(std::size_t{1} << 20);
+    for (std::uint64_t offset = 0;;) {
+      ISOREEL_ASSIGN(const std::size_t got, source.read(offset, buffer));
+      if (got == 0) return sink.commit();
+      ISOREEL_TRY(sink.append(ByteSpan(buffer).first(got)));
+      offset += got;
+    }
+  };
+  const Status status = container::withoutThrowing(copy);
+  if (!status.ok()) sink.discard();
+  return status;
+}
+
 std::unique_ptr<ByteSink> openStandardOutput() { return std::make_unique<StandardOutput>(); }
 
 std::unique_ptr<ByteSink> openMemorySink(Bytes& bytes) { return std::make_unique<MemorySink>(bytes); }

@@ -200,7 +200,7 @@ struct ParityHead {
   void fields(Visitor& v) {
     v.varint("distance", distance);
     v.varint("length", length, 1, kMaxParityRun);
-    v.varint("block", block, 1, kMaxParityRun);
+    v.varint("block", block, 1, length);
     v.varint("first", first, 0, kMaxBlocks - 2);
     v.varint("rows", rows, 1, kMaxBlocks - 1);
     v.require(dataBlocks() + first + rows <= kMaxBlocks, "more blocks than 256");

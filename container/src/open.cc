@@ -70,6 +70,10 @@ Status openContents(ByteSource& source, Contents& contents) {
 
 Result<Bytes> readPacket(ByteSource& source, std::uint64_t track, const FrameEntry& frame) {
   ISOREEL_ASSIGN(Bytes chunk, readExactly(source, frame.offset, frame.bytes));
+  return packetOf(std::move(chunk), track, frame);
+}
+
+Result<Bytes> packetOf(Bytes chunk, std::uint64_t track, const FrameEntry& frame) {
   ISOREEL_ASSIGN(const ByteSpan payload, readChunk(chunk, kFrameType));
   ISOREEL_ASSIGN(const FrameFacts facts, readFrameStart(payload, payload.size()));
   if (facts.track != track || facts.header != frame.header) {

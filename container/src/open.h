@@ -15,5 +15,7 @@ Result<Bytes> readExactly(ByteSource& source, std::uint64_t offset, std::uint64_
 
 /// The packet in the chunk that `frame` lists, everything checked. One read.
 Result<Bytes> readPacket(ByteSource& source, std::uint64_t track, const FrameEntry& frame);
+/// The same of a chunk that was read already.
+Result<Bytes> packetOf(Bytes chunk, std::uint64_t track, const FrameEntry& frame);
 
 }  // namespace isoreel::container

@@ -70,7 +70,7 @@ Result<Bytes> makeParity(ByteSpan run, unsigned percent) {
   const std::uint64_t most = (ParityHead::kMaxBlocks - 2) * 100 / (100 + percent);
   ParityHead head;
   head.length = run.size();
-  head.block = std::max(kMinBlock, (head.length - 1) / most + 1);
+  head.block = std::min(head.length, std::max(kMinBlock, (head.length - 1) / most + 1));
   const std::size_t data = static_cast<std::size_t>(head.dataBlocks());
   const std::size_t rows = (data * percent + 99) / 100 + 1;
   Blocks blocks = cut(run, static_cast<std::size_t>(head.block));

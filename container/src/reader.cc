@@ -13,6 +13,8 @@ namespace {
 
 using namespace container;
 
+constexpr std::uint64_t kMostAhead = std::uint64_t{1} << 24;  // bytes that are fetched together
+
 // An attachment's content, front to back. Other chunks may stand between its parts: parity, for one.
 class AttachmentSource final : public ByteSource {
  public:
@@ -85,8 +87,54 @@ struct Reader::State {
   Contents contents;
   std::size_t chosen = 0;
 
+  // Entries that are going to be asked for, and what was fetched of the file for them.
+  std::uint64_t ahead_begin = 0, ahead_end = 0;
+  Bytes run;
+  std::uint64_t run_offset = 0;
+
   const TrackContents& track() const { return contents.tracks[chosen]; }
+  std::uint64_t runEnd(std::uint64_t entry) const;
+  Result<Bytes> chunk(std::uint64_t entry);
 };
+
+// The end of the last chunk that is worth fetching with that of `entry`: announced, and with more of what is
+// asked for than of other things in between.
+std::uint64_t Reader::State::runEnd(std::uint64_t entry) const {
+  const std::vector<FrameEntry>& entries = track().entries;
+  const FrameEntry& first = entries[static_cast<std::size_t>(entry)];
+  std::uint64_t end = first.offset + first.bytes, wanted = first.bytes;
+  if (entry < ahead_begin) return end;
+  for (++entry; entry < std::min<std::uint64_t>(ahead_end, entries.size()); ++entry) {
+    const FrameEntry& next = entries[static_cast<std::size_t>(entry)];
+    wanted += next.bytes;
+    const std::uint64_t span = next.offset + next.bytes - first.offset;
+    if (span > kMostAhead || span / 2 > wanted) break;
+    end = next.offset + next.bytes;
+  }
+  return end;
+}
+
+Result<Bytes> Reader::State::chunk(std::uint64_t entry) {
+  const FrameEntry& frame = track().entries[static_cast<std::size_t>(entry)];
+  const auto held = [&] {
+    return frame.offset >= run_offset && frame.offset - run_offset <= run.size() &&
+           frame.bytes <= run.size() - (frame.offset - run_offset);
+  };
+  if (!held()) {
+    const std::uint64_t end = runEnd(entry);
+    run = {};
+    if (end == frame.offset + frame.bytes) return readExactly(*source, frame.offset, frame.bytes);
+    Result<Bytes> fetched = readExactly(*source, frame.offset, end - frame.offset);
+    if (!fetched)
+      return readExactly(*source, frame.offset, frame.bytes);  // the file may have been cut further on
+    run = *std::move(fetched);
+    run_offset = frame.offset;
+  }
+  const auto start = run.begin() + static_cast<std::ptrdiff_t>(frame.offset - run_offset);
+  Bytes result(start, start + static_cast<std::ptrdiff_t>(frame.bytes));
+  if (start + static_cast<std::ptrdiff_t>(frame.bytes) == run.end()) run = {};
+  return result;
+}
 
 Reader::Reader(std::unique_ptr<State> state) : state_(std::move(state)) {}
 Reader::~Reader() = default;
@@ -140,6 +188,21 @@ std::uint64_t Reader::chunkBytes(std::uint64_t entry) const {
   return state_->track().entries[static_cast<std::size_t>(entry)].bytes;
 }
 
+std::uint64_t Reader::entryBytes(std::uint64_t entry) const {
+  const FrameEntry& frame = state_->track().entries[static_cast<std::size_t>(entry)];
+  Bytes start;  // with a packet length of one byte
+  if (!appendFrameStart(start, state_->track().record.id, frame.header, 1).ok()) return 0;
+  const std::uint64_t rest = frame.bytes - std::min(frame.bytes, kChunkOverhead + start.size() - 1);
+  for (std::uint64_t length = 1; length <= 5 && length < rest; ++length) {
+    if ((rest - length) >> (7 * length) == 0) return rest - length;
+  }
+  return 0;
+}
+void Reader::willRead(std::uint64_t begin, std::uint64_t end) {
+  state_->ahead_begin = begin;
+  state_->ahead_end = end;
+}
+
 Result<Bytes> Reader::packet(std::uint64_t frame) {
   if (frame < frameCount()) return entryPacket(entryOf(frame));
   return {ErrorCode::kNotFound, state_->source->name() + ": there is no frame at position " +
@@ -153,8 +216,11 @@ Result<Bytes> Reader::entryPacket(std::uint64_t entry) {
             source.name() + ": there is no packet at position " + std::to_string(entry)};
   }
   const FrameEntry& frame = state_->track().entries[static_cast<std::size_t>(entry)];
-  return withoutThrowing([&] { return readPacket(source, state_->track().record.id, frame); })
-      .at(source.name() + ": " + framePlace(frame.header, frame.offset));
+  const auto read = [&]() -> Result<Bytes> {
+    ISOREEL_ASSIGN(Bytes chunk, state_->chunk(entry));
+    return packetOf(std::move(chunk), state_->track().record.id, frame);
+  };
+  return withoutThrowing(read).at(source.name() + ": " + framePlace(frame.header, frame.offset));
 }
 
 Result<std::unique_ptr<ByteSource>> Reader::openAttachment(const std::string& name) {

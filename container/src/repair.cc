@@ -74,18 +74,7 @@ class Repair {
   Status copy() {
     ISOREEL_ASSIGN(const auto bytes, source());
     ISOREEL_ASSIGN(const auto sink, createFile(to_, options_.overwrite));
-    const auto all = [&]() -> Status {
-      Bytes buffer(std::size_t{1} << 20);
-      for (std::uint64_t offset = 0;;) {
-        ISOREEL_ASSIGN(const std::size_t got, bytes->read(offset, buffer));
-        if (got == 0) return sink->commit();
-        ISOREEL_TRY(sink->append(ByteSpan(buffer).first(got)));
-        offset += got;
-      }
-    };
-    const Status status = all();
-    if (!status.ok()) sink->discard();
-    return status;
+    return copyAll(*bytes, *sink);
   }
 
   // Sorts the entries of a track into GOPs as far as they are whole, and notes what is lost.

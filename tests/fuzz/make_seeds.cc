@@ -3,7 +3,7 @@
 // build: small volumes of several shapes and sizes, as configuration records, packets and .isr files; and the
 // first two packets of each golden sequence in VECTORS.
 #include <isoreel/codec/encoder.h>
-#include <isoreel/container/writer.h>
+#include <isoreel/container/parity.h>
 
 #include <cmath>
 #include <cstdio>
@@ -109,6 +109,7 @@ isoreel::Status makeSeeds(const Shape& shape, const fs::path& folder) {
   file.configuration = encoder.configurationRecord();
   file.tags = R"({"title":"seed"})";
   file.overwrite = true;
+  file.options.parity = isoreel::reedSolomonParity(30);
   ISOREEL_ASSIGN(auto writer, isoreel::Writer::create(folder / "reader" / shape.name, file));
   ISOREEL_TRY(writer->setChapters({{isoreel::Chapter::Kind::kMarker, 0, 0, "here"}}));
   ISOREEL_ASSIGN(const std::uint64_t other, writer->addTrack({{1, 10}, "other", {}}));

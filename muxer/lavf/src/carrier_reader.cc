@@ -263,6 +263,9 @@ const FrameHeader& CarrierReader::header(std::uint64_t frame) const { return ent
 const FrameHeader& CarrierReader::entryHeader(std::uint64_t entry) const {
   return state_->samples.headers()[static_cast<std::size_t>(entry)];
 }
+std::uint64_t CarrierReader::entryBytes(std::uint64_t entry) const {
+  return static_cast<std::uint64_t>(state_->samples.places()[static_cast<std::size_t>(entry)].bytes);
+}
 
 Result<Bytes> CarrierReader::packet(std::uint64_t frame) {
   if (frame < frameCount()) return entryPacket(entryOf(frame));

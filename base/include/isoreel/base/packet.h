@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 
 namespace isoreel {
 
@@ -28,6 +29,9 @@ struct TimeBase {
   double seconds(Ticks ticks) const {
     return static_cast<double>(ticks) * static_cast<double>(numerator) / static_cast<double>(denominator);
   }
+  /// The last tick at or before a time of `seconds`/`parts` seconds, exactly; `parts` above 0. What lies
+  /// beyond 63 bits becomes the nearest that does not.
+  std::int64_t tickAt(std::int64_t seconds, std::int64_t parts) const;
 };
 
 /// What `error_rms` and `error_max` of a frame header were measured against.
@@ -121,7 +125,19 @@ class PacketSource {
   /// As header() and packet(), for `entry` < entryCount().
   virtual const FrameHeader& entryHeader(std::uint64_t entry) const { return header(entry); }
   virtual Result<Bytes> entryPacket(std::uint64_t entry) { return packet(entry); }
+  /// Bytes of the packet, told without reading it; 0 where that is not known.
+  virtual std::uint64_t entryBytes(std::uint64_t) const { return 0; }
+  /// Says that the packets [begin, end) are going to be asked for, in order: a source may fetch them
+  /// together.
+  virtual void willRead(std::uint64_t begin, std::uint64_t end) {
+    static_cast<void>(begin);
+    static_cast<void>(end);
+  }
 };
+
+/// The frame that is shown at `time`, in ticks: the last that begins at it or before; nothing before the
+/// first.
+std::optional<std::uint64_t> frameAt(const PacketSource& source, std::int64_t time);
 
 /// The entry that decoding must start from to show `frame` < frameCount(): its key. kNotFound, naming the
 /// frame, when the key or a packet between the two is not there, as in a damaged file.

@@ -3,6 +3,7 @@
 
 #include <isoreel/base/bytes.h>
 #include <isoreel/base/status.h>
+#include <isoreel/container/byte_source.h>
 
 #include <filesystem>
 #include <memory>
@@ -35,6 +36,9 @@ class ByteSink {
 /// PATH or PATH.part exists and `overwrite` is false; and, whatever `overwrite` says, when another writer is
 /// at work on PATH.part.
 Result<std::unique_ptr<ByteSink>> createFile(const std::filesystem::path& path, bool overwrite);
+
+/// Appends all of `source`, a mebibyte at a time, and commits; when something fails, discards.
+Status copyAll(ByteSource& source, ByteSink& sink);
 
 /// Standard output. A reader that has gone away is an error (kIo) if SIGPIPE is ignored.
 std::unique_ptr<ByteSink> openStandardOutput();

@@ -37,6 +37,9 @@ class Reader final : public PacketSource {
   std::uint64_t entryOf(std::uint64_t frame) const override;
   const FrameHeader& entryHeader(std::uint64_t entry) const override;
   Result<Bytes> entryPacket(std::uint64_t entry) override;
+  std::uint64_t entryBytes(std::uint64_t entry) const override;
+  /// Packets that stand near each other are then fetched by one read, up to 16 MiB.
+  void willRead(std::uint64_t begin, std::uint64_t end) override;
   /// Where the entry's chunk starts in the file, and its whole length; `entry` < entryCount().
   std::uint64_t chunkOffset(std::uint64_t entry) const;
   std::uint64_t chunkBytes(std::uint64_t entry) const;

@@ -40,6 +40,7 @@ class CarrierReader final : public PacketSource {
   std::uint64_t entryOf(std::uint64_t frame) const override;
   const FrameHeader& entryHeader(std::uint64_t entry) const override;
   Result<Bytes> entryPacket(std::uint64_t entry) override;
+  std::uint64_t entryBytes(std::uint64_t entry) const override;
 
  private:
   struct State;
