@@ -73,10 +73,16 @@ Result<ForwardInput> openForward(lavf::Sniffed bytes, const std::string& track) 
     ISOREEL_ASSIGN(auto reader, lavf::CarrierReader::open(std::move(bytes.source), track));
     input.info = reader->info();
     input.carrier = reader->carrier();
+    input.openAttachment = [from = reader.get()](const std::string& name) {
+      return from->openAttachment(name);
+    };
     input.packets = std::move(reader);
   } else if (bytes.source->seekable()) {
     ISOREEL_ASSIGN(std::unique_ptr<Reader> reader, Reader::open(std::move(bytes.source), track));
     input.info = reader->info();
+    input.openAttachment = [from = reader.get()](const std::string& name) {
+      return from->openAttachment(name);
+    };
     input.packets = std::move(reader);
   } else {
     ISOREEL_ASSIGN(result.stream, StreamReader::open(std::move(bytes.source), track));
@@ -100,11 +106,27 @@ Result<Input> openInput(lavf::Sniffed bytes, const std::string& track) {
   return std::move(input);
 }
 
+Result<lavf::Sniffed> openSniffed(const std::string& path) {
+  ISOREEL_ASSIGN(auto source, openBytes(path));
+  return lavf::sniff(std::move(source));
+}
+
 Result<Input> openInput(const std::string& path, const std::string& track) {
   const auto open = [&]() -> Result<Input> {
-    ISOREEL_ASSIGN(auto source, openBytes(path));
-    ISOREEL_ASSIGN(lavf::Sniffed bytes, lavf::sniff(std::move(source)));
+    ISOREEL_ASSIGN(lavf::Sniffed bytes, openSniffed(path));
     return openInput(std::move(bytes), track);
+  };
+  Result<Input> input = open();
+  if (!input) return named(input.status(), path);
+  return input;
+}
+
+Result<Input> openFacts(const std::string& path) {
+  const auto open = [&]() -> Result<Input> {
+    ISOREEL_ASSIGN(lavf::Sniffed bytes, openSniffed(path));
+    ISOREEL_ASSIGN(ForwardInput forward, openForward(std::move(bytes), ""));
+    if (!forward.stream) return std::move(forward.input);
+    return {ErrorCode::kInvalidArgument, "cannot be had from a pipe: these bytes must be read twice"};
   };
   Result<Input> input = open();
   if (!input) return named(input.status(), path);

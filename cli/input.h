@@ -7,6 +7,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -21,6 +22,8 @@ inline constexpr const char* kInputHelp =
 
 /// The bytes of a file, of standard input ("-"), or behind a URL. Errors name it.
 Result<std::unique_ptr<ByteSource>> openBytes(const std::string& path);
+/// The same, and whether another container is around them.
+Result<lavf::Sniffed> openSniffed(const std::string& path);
 
 /// A file's frames and facts, with random access. From a pipe ("-") the packets are kept in memory.
 struct Input {
@@ -28,6 +31,8 @@ struct Input {
   FileInfo info;
   Configuration configuration;
   std::optional<lavf::Carrier> carrier;  // what it is when it is no .isr file
+  /// As Reader's. None from a pipe.
+  std::function<Result<std::unique_ptr<ByteSource>>(const std::string&)> openAttachment;
 };
 /// `track`: name or number, "" for the first. Errors name the file.
 Result<Input> openInput(const std::string& path, const std::string& track = "");
@@ -40,6 +45,9 @@ struct ForwardInput {
   std::unique_ptr<StreamReader> stream;
 };
 Result<ForwardInput> openForward(lavf::Sniffed bytes, const std::string& track);
+
+/// A file's facts and attachments; it may have no frame. kInvalidArgument for a pipe. Errors name the file.
+Result<Input> openFacts(const std::string& path);
 
 /// Adds --track to a verb that reads.
 void addTrackOption(CLI::App& verb, std::string& track);

@@ -127,13 +127,33 @@ Status copyPackets(const std::vector<Track>& tracks, Writer& writer, Progress& p
   return {};
 }
 
+/// Those of the file; a pipe has passed them, and there is a line for each then.
+Result<std::vector<lavf::CarrierAttachment>> openAttachments(const Input& input,
+                                                             std::vector<std::string>& notes) {
+  std::vector<lavf::CarrierAttachment> list;
+  for (const Attachment& facts : input.info.attachments) {
+    if (!input.openAttachment) {
+      notes.push_back(fmt::format("attachment '{}' stays behind: the input is a pipe", facts.name));
+      continue;
+    }
+    ISOREEL_ASSIGN(auto content, input.openAttachment(facts.name));
+    list.push_back({facts, std::move(content)});
+  }
+  return list;
+}
+
 Result<std::vector<std::string>> toReel(const RemuxOptions& options, const std::vector<Track>& tracks,
                                         Progress& progress) {
   const FileInfo& info = tracks.front().input.info;
+  std::vector<std::string> notes;
+  ISOREEL_ASSIGN(const auto attachments, openAttachments(tracks.front().input, notes));
   WriterSettings settings{info.time_base, info.track_name, info.configuration, info.tags, options.force, {}};
   ISOREEL_ASSIGN(const std::unique_ptr<Writer> writer, Writer::create(options.output, std::move(settings)));
   Status status = copyPackets(tracks, *writer, progress);
   if (status.ok() && !info.chapters.empty()) status = writer->setChapters(info.chapters);
+  for (const auto& [facts, content] : attachments) {
+    if (status.ok()) status = writer->attach(facts.name, facts.media_type, *content);
+  }
   if (status.ok()) status = writer->finish();
   if (!status.ok()) {
     writer->discard();
@@ -146,7 +166,6 @@ Result<std::vector<std::string>> toReel(const RemuxOptions& options, const std::
       unknown += header.faces > 0 && header.area == 0 ? 1u : 0u;
     }
   }
-  std::vector<std::string> notes;
   if (unknown > 0) {
     notes.push_back(
         fmt::format("area, volume, box, pieces and errors of {} are 0: the input does not tell them",
@@ -158,10 +177,12 @@ Result<std::vector<std::string>> toReel(const RemuxOptions& options, const std::
 Result<std::vector<std::string>> toCarrier(const RemuxOptions& options, lavf::Carrier carrier,
                                            const std::vector<Track>& tracks, Progress& progress) {
   const FileInfo& info = tracks.front().input.info;
-  lavf::CarrierSettings settings{info.tags, info.chapters, info.time_base, options.force, [&] {
+  lavf::CarrierSettings settings{info.tags, info.chapters, info.time_base, {}, options.force, [&] {
                                    progress.advance();
                                    return !interrupted.load();
                                  }};
+  std::vector<std::string> passed;
+  ISOREEL_ASSIGN(settings.attachments, openAttachments(tracks.front().input, passed));
   std::vector<lavf::CarrierTrack> written;
   for (const Track& track : tracks) {
     const FileInfo& each = track.input.info;
@@ -169,10 +190,7 @@ Result<std::vector<std::string>> toCarrier(const RemuxOptions& options, lavf::Ca
   }
   ISOREEL_ASSIGN(std::vector<std::string> notes,
                  lavf::writeCarrier(options.output, carrier, written, settings));
-  if (!info.attachments.empty()) {
-    notes.push_back(fmt::format("{} stay behind: 'isoreel extract' has them",
-                                counted(info.attachments.size(), "attachment")));
-  }
+  notes.insert(notes.end(), passed.begin(), passed.end());
   return notes;
 }
 

@@ -106,6 +106,47 @@ TEST_F(CarriersTest, ASurfaceBesideSound) {
   fails("isoreel info mute.mkv", 1, "carries no ISRL track");
 }
 
+TEST_F(CarriersTest, HiddenPacketsAreRefusedAndRecodingHelps) {
+  ok("isoreel trim a.isr -o cut.isr --from 4 --to 8 --shift");
+  for (const char* name : {"x.mkv", "x.nut"}) {
+    fails(fmt::format("isoreel remux cut.isr -o {}", name), 1, "isoreel trim --recode");
+    EXPECT_FALSE(there(name));
+  }
+  ok("isoreel remux cut.isr -o cut.mov && isoreel trim cut.isr -o plain.isr --from 0 --recode && isoreel "
+     "remux plain.isr -o "
+     "plain.mkv");
+  verified("cut.mov");
+  EXPECT_EQ(hashes("cut.mov"), hashesOf(4, 8));
+  verified("plain.mkv");
+  EXPECT_EQ(hashes("plain.mkv"), hashes("plain.isr"));
+}
+
+TEST_F(CarriersTest, TracksAndAttachments) {
+  ok("isoreel encode seq.json -o t.isr --track outer=0 --track inner=0.5 --gop 4");
+  const auto outer = hashes("t.isr"), inner = hashes("t.isr --track inner");
+  for (const std::string name : {"t.mov", "t.mkv"}) {
+    ok("isoreel remux t.isr -o " + name + " && isoreel remux " + name + " -o back.isr --force");
+    verified(name);
+    EXPECT_EQ(hashes("back.isr"), outer);
+    EXPECT_EQ(hashes("back.isr --track inner"), inner);
+  }
+  EXPECT_EQ(json("isoreel info t.mkv --json")["tracks"][1]["name"], "inner");
+  ok("isoreel remux t.mkv --track inner -o inner.mov");
+  EXPECT_EQ(hashes("inner.mov"), inner);
+  write("case.json", "{}");
+  ok("isoreel attach t.isr case.json && isoreel remux t.isr -o t.mkv --force && isoreel remux t.mkv -o "
+     "back.isr --force");
+  for (const char* name : {"t.mkv", "back.isr"})
+    EXPECT_EQ(ok(fmt::format("isoreel extract {} case.json -o -", name)), "{}");
+  EXPECT_EQ(json("isoreel info t.mkv --json")["attachments"][0]["name"], "case.json");
+  ok("mkvmerge -q -o merged.mkv t.mkv && isoreel extract merged.mkv case.json -o copy.json");
+  const auto left = json("isoreel remux t.isr -o t.nut --force --json")["notes"];
+  ASSERT_EQ(left.size(), 1u);
+  EXPECT_NE(left[0].get<std::string>().find("'case.json' stays behind"), std::string::npos);
+  EXPECT_NE(sh("cat t.isr | isoreel remux - --track outer -o p.isr").err.find("the input is a pipe"),
+            std::string::npos);
+}
+
 TEST_F(CarriersTest, WhatWouldLoseSomethingIsRefusedOrTold) {
   for (const char* name : {"x.ts", "x.webm", "x.ogg", "x.flv"}) {
     fails(fmt::format("isoreel remux a.isr -o {}", name), 1, "would lose the surface");

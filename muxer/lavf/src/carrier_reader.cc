@@ -193,6 +193,7 @@ Status CarrierReader::State::readAll() {
   info.tags = takeTags(file->metadata);
   const FrameHeader& end = samples.headers().back();
   info.chapters = takeChapters(*file, info.time_base, end.time + static_cast<std::int64_t>(end.duration));
+  info.attachments = takeAttachments(*file);
   info.bytes = source->size().value_or(0);
   info.damage.insert(info.damage.begin(), samples.damage().begin(), samples.damage().end());
   TrackInfo& track = info.tracks[info.track_id];
@@ -280,6 +281,20 @@ Result<Bytes> CarrierReader::entryPacket(std::uint64_t entry) {
   }
   return state_->fetch(static_cast<std::size_t>(entry))
       .at(state_->source->name() + ": frame " + std::to_string(entryHeader(entry).number));
+}
+
+Result<std::unique_ptr<ByteSource>> CarrierReader::openAttachment(const std::string& name) {
+  const std::vector<Attachment>& list = state_->info.attachments;
+  const auto listed =
+      std::find_if(list.begin(), list.end(), [&](const Attachment& a) { return a.name == name; });
+  const std::string& where = state_->source->name();
+  if (listed == list.end()) return {ErrorCode::kNotFound, where + ": there is no attachment '" + name + "'"};
+  if (state_->file == nullptr) ISOREEL_TRY(state_->openFile().at(where));
+  const ByteSpan content = attachmentContent(*state_->file, name);
+  if (content.size() != listed->bytes)
+    return {ErrorCode::kBadData,
+            where + ": attachment '" + name + "' is not as it was when the file was opened"};
+  return openMemory(Bytes(content.begin(), content.end()), name);
 }
 
 }  // namespace isoreel::lavf

@@ -18,7 +18,8 @@ namespace {
 
 constexpr std::int64_t kMost32 = std::numeric_limits<std::int32_t>::max();
 constexpr std::int64_t kMostTicks = std::int64_t{1} << 61;
-constexpr std::uint32_t kMostSide = 65535;  // MOV and AVI have 16 bits for it
+constexpr std::uint32_t kMostSide = 65535;                       // MOV and AVI have 16 bits for it
+constexpr std::uint64_t kMostAttached = std::uint64_t{1} << 28;  // what libavformat reads of one
 
 /// A track as it will stand in the carrier.
 struct Lane {
@@ -82,7 +83,8 @@ Result<Lane> layOut(const CarrierTrack& track, Carrier carrier) {
     if (header.hidden() && !(isMov(carrier) && i < first_shown)) {
       return refuse(carrier, "frame " + std::to_string(header.number) +
                                  " has hidden packets in front of it, which are decoded and not shown; a MOV "
-                                 "keeps them at its start, no carrier within");
+                                 "keeps them at its start, no carrier within ('isoreel trim --recode' codes "
+                                 "frames that need none)");
     }
     if (header.time > kMostTicks || header.time < -kMostTicks || header.duration > std::uint64_t{kMostTicks})
       return refuse(carrier, "times beyond 2^61 ticks");
@@ -104,6 +106,13 @@ Result<Lane> layOut(const CarrierTrack& track, Carrier carrier) {
   return lane;
 }
 
+void setExtradata(AVCodecParameters& codec, const Bytes& bytes) {
+  codec.extradata = static_cast<std::uint8_t*>(av_mallocz(bytes.size() + AV_INPUT_BUFFER_PADDING_SIZE));
+  if (codec.extradata == nullptr) throw std::bad_alloc();
+  std::copy(bytes.begin(), bytes.end(), codec.extradata);
+  codec.extradata_size = static_cast<int>(bytes.size());
+}
+
 Status addStream(AVFormatContext& file, Lane& lane) {
   const CarrierTrack& track = *lane.track;
   ISOREEL_ASSIGN(const Configuration configuration, readConfiguration(track.configuration));
@@ -123,13 +132,49 @@ Status addStream(AVFormatContext& file, Lane& lane) {
   codec.codec_tag = kFourCc;
   codec.width = static_cast<int>(std::min(configuration.grid.nodes[0], kMostSide));
   codec.height = static_cast<int>(std::min(configuration.grid.nodes[1], kMostSide));
-  codec.extradata =
-      static_cast<std::uint8_t*>(av_mallocz(track.configuration.size() + AV_INPUT_BUFFER_PADDING_SIZE));
-  if (codec.extradata == nullptr) throw std::bad_alloc();
-  std::memcpy(codec.extradata, track.configuration.data(), track.configuration.size());
-  codec.extradata_size = static_cast<int>(track.configuration.size());
+  setExtradata(codec, track.configuration);
   for (const char* key : {"title", "handler_name"}) {  // the second is MOV's
     if (!track.name.empty()) av_dict_set(&lane.stream->metadata, key, track.name.c_str(), 0);
+  }
+  return {};
+}
+
+/// In parts, so that a length that is not true takes no memory.
+Result<Bytes> contentOf(const Attachment& facts, ByteSource& source) {
+  constexpr std::uint64_t kPart = std::uint64_t{1} << 20;
+  Bytes bytes;
+  while (bytes.size() < facts.bytes) {
+    const std::size_t done = bytes.size();
+    bytes.resize(done + static_cast<std::size_t>(std::min(facts.bytes - done, kPart)));
+    ISOREEL_ASSIGN(const std::size_t got, source.read(done, std::span(bytes).subspan(done)));
+    if (done + got < bytes.size())
+      return {ErrorCode::kBadData, "attachment '" + facts.name + "' is shorter than its length says"};
+  }
+  return bytes;
+}
+
+/// The content of those that it has a place for; a line for others.
+Status addAttachments(AVFormatContext& file, Carrier carrier, const CarrierSettings& settings,
+                      std::vector<std::string>& losses) {
+  std::uint64_t room = kMostAttached;
+  for (const auto& [facts, content] : settings.attachments) {
+    const bool fits = carrier == Carrier::kMatroska && facts.bytes > 0 && facts.bytes <= room;
+    if (!fits) {
+      losses.push_back("attachment '" + facts.name + "' stays behind ('isoreel extract' has it): " +
+                       (carrier == Carrier::kMatroska
+                            ? "Matroska takes 256 MiB of them, and none that is empty"
+                            : std::string(carrierName(carrier)) + " has no place for it"));
+      continue;
+    }
+    room -= facts.bytes;
+    ISOREEL_ASSIGN(const Bytes bytes, contentOf(facts, *content));
+    AVStream* stream = avformat_new_stream(&file, nullptr);
+    if (stream == nullptr) throw std::bad_alloc();
+    stream->codecpar->codec_type = AVMEDIA_TYPE_ATTACHMENT;
+    setExtradata(*stream->codecpar, bytes);
+    const std::string type = facts.media_type.empty() ? kAnyMediaType : facts.media_type;
+    av_dict_set(&stream->metadata, "filename", facts.name.c_str(), 0);
+    av_dict_set(&stream->metadata, "mimetype", type.c_str(), 0);
   }
   return {};
 }
@@ -240,6 +285,8 @@ Result<std::vector<std::string>> writeCarrier(const std::filesystem::path& path,
   OutputFile output;
   ISOREEL_TRY(output.open(path, muxerOf(carrier), settings.overwrite));
   for (Lane& lane : lanes) ISOREEL_TRY(addStream(output.context(), lane));
+  std::vector<std::string> losses = lossesOf(carrier, lanes, settings);
+  ISOREEL_TRY(addAttachments(output.context(), carrier, settings, losses).at(path.string()));
   ISOREEL_TRY(begin(output, carrier, lanes, settings));
   const Owner<AVPacket> packet(av_packet_alloc());
   if (!packet) throw std::bad_alloc();
@@ -249,7 +296,7 @@ Result<std::vector<std::string>> writeCarrier(const std::filesystem::path& path,
   }
   ISOREEL_TRY(output.check(av_write_trailer(&output.context())));
   ISOREEL_TRY(output.commit());
-  return lossesOf(carrier, lanes, settings);
+  return losses;
 }
 
 }  // namespace isoreel::lavf

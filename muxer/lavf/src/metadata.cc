@@ -9,6 +9,8 @@ extern "C" {
 #include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
 
 namespace isoreel::lavf {
 namespace {
@@ -113,6 +115,43 @@ void putChapters(AVFormatContext& file, const std::vector<Chapter>& chapters, Ti
     av_dict_set(&written->metadata, "title", chapter.title.c_str(), 0);
     av_dynarray_add(&file.chapters, reinterpret_cast<int*>(&file.nb_chapters), written);
   }
+}
+
+// Pictures come as a packet that libavformat keeps beside the stream, everything else as private data.
+static std::optional<std::pair<Attachment, ByteSpan>> attachmentOf(const AVStream& stream) {
+  const bool picture = (stream.disposition & AV_DISPOSITION_ATTACHED_PIC) != 0;
+  if (!picture && stream.codecpar->codec_type != AVMEDIA_TYPE_ATTACHMENT) return std::nullopt;
+  const AVDictionaryEntry* name = av_dict_get(stream.metadata, "filename", nullptr, 0);
+  const AVDictionaryEntry* type = av_dict_get(stream.metadata, "mimetype", nullptr, 0);
+  if (name == nullptr || !Attachment::nameFits(name->value)) return std::nullopt;
+  const ByteSpan content =
+      picture
+          ? ByteSpan(stream.attached_pic.data, static_cast<std::size_t>(stream.attached_pic.size))
+          : ByteSpan(stream.codecpar->extradata, static_cast<std::size_t>(stream.codecpar->extradata_size));
+  Attachment facts;
+  facts.name = name->value;
+  if (type != nullptr && std::string(type->value) != kAnyMediaType) facts.media_type = type->value;
+  if (facts.media_type.size() > Attachment::kMaxMediaType) facts.media_type.clear();
+  facts.bytes = content.size();
+  return std::pair(facts, content);
+}
+
+std::vector<Attachment> takeAttachments(const AVFormatContext& file) {
+  std::vector<Attachment> list;
+  for (unsigned i = 0; i < file.nb_streams; ++i) {
+    const auto found = attachmentOf(*file.streams[i]);
+    const auto same = [&](const Attachment& a) { return a.name == found->first.name; };
+    if (found && std::none_of(list.begin(), list.end(), same)) list.push_back(found->first);
+  }
+  return list;
+}
+
+ByteSpan attachmentContent(const AVFormatContext& file, const std::string& name) {
+  for (unsigned i = 0; i < file.nb_streams; ++i) {
+    const auto found = attachmentOf(*file.streams[i]);
+    if (found && found->first.name == name) return found->second;
+  }
+  return {};
 }
 
 std::vector<Chapter> takeChapters(const AVFormatContext& file, TimeBase base, std::int64_t end) {

@@ -79,8 +79,8 @@ LavfTest::LavfTest() {
 LavfTest::~LavfTest() { std::filesystem::remove_all(folder_); }
 
 std::vector<std::string> LavfTest::write(const std::string& name, Sequence& sequence, TimeBase base,
-                                         CarrierSettings settings) const {
-  settings.overwrite = true;
+                                         const CarrierSettings& settings) const {
+  std::filesystem::remove(path(name));
   const auto notes =
       writeCarrier(path(name), *carrierOf(name), {{&sequence, base, "", recordOf(sequence)}}, settings);
   EXPECT_TRUE(notes.ok()) << name << ": " << notes.status().message();

@@ -42,7 +42,7 @@ class LavfTest : public testing::Test {
   std::filesystem::path path(const std::string& name) const { return folder_ / name; }
   /// By the extension of `name`; must succeed. Gives what the carrier could not keep.
   std::vector<std::string> write(const std::string& name, Sequence& sequence, TimeBase base = {1, 25},
-                                 CarrierSettings settings = {}) const;
+                                 const CarrierSettings& settings = {}) const;
   Status tryToWrite(const std::string& name, Sequence& sequence, TimeBase base = {1, 25}) const;
   /// Must succeed.
   std::unique_ptr<CarrierReader> read(const std::string& name) const;

@@ -42,6 +42,9 @@ class CarrierReader final : public PacketSource {
   Result<Bytes> entryPacket(std::uint64_t entry) override;
   std::uint64_t entryBytes(std::uint64_t entry) const override;
 
+  /// An attachment's content (Matroska). kNotFound when there is none of that name.
+  Result<std::unique_ptr<ByteSource>> openAttachment(const std::string& name);
+
  private:
   struct State;
   explicit CarrierReader(std::unique_ptr<State> state);

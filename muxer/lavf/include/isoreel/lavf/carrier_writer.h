@@ -2,11 +2,13 @@
 #pragma once
 
 #include <isoreel/base/packet.h>
+#include <isoreel/container/byte_source.h>
 #include <isoreel/container/file_info.h>
 #include <isoreel/lavf/carrier.h>
 
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -20,11 +22,18 @@ struct CarrierTrack {
   Bytes configuration;  // the codec's configuration record
 };
 
+/// A file that travels along.
+struct CarrierAttachment {
+  Attachment facts;  // `offset` and `length` mean nothing here
+  std::unique_ptr<ByteSource> content;
+};
+
 struct CarrierSettings {
   std::string tags = "{}";  // a JSON object
   std::vector<Chapter> chapters;
-  TimeBase chapter_base;             // of their times
-  bool overwrite = false;            // replace a file that is there already
+  TimeBase chapter_base;                       // of their times
+  std::vector<CarrierAttachment> attachments;  // Matroska takes 256 MiB of them, in memory
+  bool overwrite = false;                      // replace a file that is there already
   std::function<bool()> onPacket{};  // called after each; writing stops, and fails, when it gives false
 };
 
