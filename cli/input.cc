@@ -83,6 +83,7 @@ Result<ForwardInput> openForward(lavf::Sniffed bytes, const std::string& track) 
     input.openAttachment = [from = reader.get()](const std::string& name) {
       return from->openAttachment(name);
     };
+    input.offsetOf = [from = reader.get()](std::uint64_t entry) { return from->chunkOffset(entry); };
     input.packets = std::move(reader);
   } else {
     ISOREEL_ASSIGN(result.stream, StreamReader::open(std::move(bytes.source), track));

@@ -33,6 +33,8 @@ struct Input {
   std::optional<lavf::Carrier> carrier;  // what it is when it is no .isr file
   /// As Reader's. None from a pipe.
   std::function<Result<std::unique_ptr<ByteSource>>(const std::string&)> openAttachment;
+  /// Of an .isr file: where an entry's chunk starts.
+  std::function<std::uint64_t(std::uint64_t)> offsetOf;
 };
 /// `track`: name or number, "" for the first. Errors name the file.
 Result<Input> openInput(const std::string& path, const std::string& track = "");

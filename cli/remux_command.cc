@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "command.h"
-#include "input.h"
+#include "copy.h"
 #include "interrupt.h"
 #include "metadata.h"
 #include "output.h"
@@ -68,19 +68,9 @@ struct Track {
 
 /// Those asked for; each is read by itself.
 Result<std::vector<Track>> openTracks(const RemuxOptions& options) {
+  ISOREEL_ASSIGN(SourceFile source, openSource(options.input, options.track));
   std::vector<Track> tracks;
-  ISOREEL_ASSIGN(Input first, openInput(options.input, options.track));
-  warnOfDamage(first.info, options.input);
-  const std::vector<TrackInfo> all = first.info.tracks;
-  tracks.push_back({std::move(first), nullptr});
-  for (std::size_t i = 1; i < all.size() && options.track.empty(); ++i) {
-    if (tracks.front().input.info.bytes == 0) {
-      return {ErrorCode::kInvalidArgument, fmt::format("{}: has {}, and from a pipe one can be had (--track)",
-                                                       options.input, counted(all.size(), "track"))};
-    }
-    ISOREEL_ASSIGN(Input input, openInput(options.input, std::to_string(all[i].id)));
-    tracks.push_back({std::move(input), nullptr});
-  }
+  for (Input& input : source.tracks) tracks.push_back({std::move(input), nullptr});
   for (Track& track : tracks) {
     track.packets = std::make_unique<WholeGops>(*track.input.packets);
     if (track.packets->dropped() > 0) {
@@ -125,21 +115,6 @@ Status copyPackets(const std::vector<Track>& tracks, Writer& writer, Progress& p
     if (interrupted) return {ErrorCode::kIo, "interrupted"};
   }
   return {};
-}
-
-/// Those of the file; a pipe has passed them, and there is a line for each then.
-Result<std::vector<lavf::CarrierAttachment>> openAttachments(const Input& input,
-                                                             std::vector<std::string>& notes) {
-  std::vector<lavf::CarrierAttachment> list;
-  for (const Attachment& facts : input.info.attachments) {
-    if (!input.openAttachment) {
-      notes.push_back(fmt::format("attachment '{}' stays behind: the input is a pipe", facts.name));
-      continue;
-    }
-    ISOREEL_ASSIGN(auto content, input.openAttachment(facts.name));
-    list.push_back({facts, std::move(content)});
-  }
-  return list;
 }
 
 Result<std::vector<std::string>> toReel(const RemuxOptions& options, const std::vector<Track>& tracks,

@@ -47,6 +47,16 @@ TEST_F(CarriersTest, ThereAndBackIsTheSameFile) {
             json("isoreel compare a.isr seq.json --frames 0:2 --samples 1000 --json")["extracted"]);
 }
 
+TEST_F(CarriersTest, TrimAndConcatTakeThemAsTheyTakeIsrFiles) {
+  ok("isoreel remux a.isr -o b.mkv && isoreel remux a.isr -o b.mov && isoreel remux a.isr -o b.nut");
+  ok("isoreel trim a.isr -o cut.isr --from 4 --to 7 && isoreel trim b.mkv -o same.isr --from 0.4s --to 0.7s");
+  EXPECT_TRUE(content("same.isr") == content("cut.isr"));
+  ok("cat b.nut | isoreel trim - -o same.isr --from 4 --to 7 --force");
+  EXPECT_TRUE(content("same.isr") == content("cut.isr"));
+  ok("isoreel concat a.isr cut.isr -o all.isr && isoreel concat b.mov cut.isr -o same.isr --force");
+  EXPECT_TRUE(content("same.isr") == content("all.isr"));
+}
+
 TEST_F(CarriersTest, FfprobeSeesEveryPacket) {
   const auto frames = json("isoreel info a.isr --frames --json")["frame_list"];
   for (const char* name : {"b.nut", "b.mov", "b.mkv"}) {

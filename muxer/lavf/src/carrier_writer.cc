@@ -201,8 +201,8 @@ std::vector<std::string> lossesOf(Carrier carrier, const std::vector<Lane>& lane
   const auto markers = std::count_if(settings.chapters.begin(), settings.chapters.end(), isMarker);
   const bool avi = carrier == Carrier::kAvi;
   if (avi)
-    losses.push_back("AVI has no place for tags and for facts of frames (area, volume, box and so on)");
-  if (avi && !settings.chapters.empty()) losses.push_back("AVI has no chapters");
+    losses.emplace_back("AVI has no place for tags and for facts of frames (area, volume, box and so on)");
+  if (avi && !settings.chapters.empty()) losses.emplace_back("AVI has no chapters");
   if (isMov(carrier) && markers > 0) losses.push_back(name + " has chapters, but no markers");
   for (const Lane& lane : lanes) {
     if (lane.shift != 0)
