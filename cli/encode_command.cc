@@ -21,6 +21,7 @@ namespace {
 
 const std::map<std::string, FrameTypes> kFrameTypes{{"auto", FrameTypes::kAuto},
                                                     {"intra", FrameTypes::kIntra}};
+const std::map<std::string, Profile> kProfiles{{"classic", Profile::kClassic}, {"main", Profile::kMain}};
 const std::map<std::string, Inside> kInside{{"below", Inside::kBelow}, {"above", Inside::kAbove}};
 
 struct EncodeOptions {
@@ -32,7 +33,8 @@ struct EncodeOptions {
   std::string fps;  // "" for the volumes' own times, or else 25
   std::string times;
   std::string frames;
-  std::string profile = "classic";
+  Profile profile = Profile::kClassic;
+  std::vector<std::string> without;
   FrameTypes frame_types = FrameTypes::kAuto;
   std::uint32_t gop = 12;
   std::uint32_t block = 8;
@@ -193,6 +195,7 @@ Status encode(const EncodeOptions& options) {
   const FrameRange range = parseFrames(options.frames, isovalues.size());
 
   EncoderSettings settings;
+  settings.configuration.profile = options.profile;
   settings.configuration.inside =
       options.inside.value_or(volumes->levelSet() ? Inside::kBelow : Inside::kAbove);
   settings.configuration.grid = volumes->grid();
@@ -202,6 +205,11 @@ Status encode(const EncodeOptions& options) {
   settings.gop = options.gop;
   settings.motion = {static_cast<std::uint32_t>(std::countr_zero(options.block)), options.search,
                      options.registration};
+  for (const std::string& tool : options.without) {
+    if (tool == "neighbours") settings.heights.neighbours = false;
+    if (tool == "fit") settings.heights.fit_triangles = false;
+    if (tool == "rate") settings.heights.weigh_rate = false;
+  }
   settings.placement = options.placement;
   settings.non_finite = options.volumes.non_finite;
   settings.parallel = parallelFor;
@@ -297,7 +305,19 @@ void addEncodeCommand(CLI::App& app, Action& chosen) {
           "Side of the isovalue that is inside (default: below for level sets, else above)")
       ->type_name("below|above");
   verb->add_option("--step", options->step, "Quantiser step of vertices, as a part of a cell");
-  verb->add_option("--profile", options->profile, "Coding tools")->check(CLI::IsMember({"classic"}));
+  verb->add_option_function<std::string>(
+          "--profile",
+          [options = options.get()](const std::string& text) {
+            options->profile = choice("--profile", kProfiles, text);
+          },
+          "Coding tools: those of the 2006 paper, or more (I frames only as yet: --frame-types intra)")
+      ->default_str("classic")
+      ->type_name("classic|main");
+  verb->add_option("--without", options->without,
+                   "Leave out tools of profile main, to see what they are worth: neighbours, fit, rate")
+      ->check(CLI::IsMember({"neighbours", "fit", "rate"}))
+      ->delimiter(',')
+      ->default_str("");
   verb->add_option_function<std::string>(
           "--frame-types",
           [options = options.get()](const std::string& text) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "inter/vertex_stream.h"
+#include "intra/height_stream.h"
 #include "intra/sign_tree.h"
 #include "lattice/dual_mesh.h"
 
@@ -114,6 +115,22 @@ Status decodeIntraVertices(ByteSpan bytes, const std::vector<Cell>& cells, const
   return endOf(coder, "vertices");
 }
 
+/// The vertices of an I packet of profile main (spec codec 11).
+Status decodeHeights(ByteSpan bytes, const std::vector<Cell>& cells, const CellIndex& index, std::int32_t step,
+                     std::uint32_t tools, HeightModels& models, HeightFrame& frame, Surface& surface) {
+  HeightHeader header;
+  ByteReader in(bytes);
+  if (!cells.empty()) ISOREEL_TRY(readSized(in, header));
+  RangeGet coder(bytes.subspan(in.position()));
+  frame.build(cells, index, surface.grid);
+  models.reset();
+  codeHeights(coder, models, header, cells, frame, step, tools,
+              [](std::uint32_t, std::int32_t, const HeightContext&) { return 0; });
+  for (std::size_t i = 0; i < cells.size(); ++i)
+    surface.vertices[i] = inGrid(cells[i], atHeight(frame.predicted, i, frame.heights[i]));
+  return endOf(coder, "vertices");
+}
+
 /// The vertices of a P packet's full surface (spec codec 8).
 Status decodePredictedVertices(ByteSpan motion_bytes, ByteSpan vertex_bytes, const std::vector<Cell>& cells,
                                const CellIndex& index, const Reference& reference, const ResidualSteps& steps,
@@ -143,6 +160,8 @@ Status decodePredictedVertices(ByteSpan motion_bytes, ByteSpan vertex_bytes, con
 
 struct Decoder::State {
   PacketModels models;
+  HeightModels height_models;
+  HeightFrame heights;
   CellIndex index;
   // What a P packet goes on from: the packet decoded last, when it was decoded whole.
   std::optional<Configuration> configuration;
@@ -224,7 +243,10 @@ Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
   Surface surface;
   surface.grid = grid;
   surface.vertices.resize(cells.size());
-  if (header.type == PacketType::kIntra) {
+  if (configuration.profile == Profile::kMain) {
+    ISOREEL_TRY(decodeHeights(*vertex_bytes, cells, state.index, steps.normal, configuration.tools, state.height_models,
+                              state.heights, surface));
+  } else if (header.type == PacketType::kIntra) {
     ISOREEL_TRY(decodeIntraVertices(*vertex_bytes, cells, steps, state.models.vertices, surface));
   } else {
     ISOREEL_TRY(decodePredictedVertices(*motion_bytes, *vertex_bytes, cells, state.index, state.reference,

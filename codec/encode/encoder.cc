@@ -6,6 +6,7 @@
 
 #include "encode/facts.h"
 #include "encode/frame_coder.h"
+#include "encode/height_coder.h"
 #include "extract/dual_contouring.h"
 #include "lattice/dual_mesh.h"
 #include "syntax/packet.h"
@@ -28,6 +29,7 @@ struct Encoder::State {
   std::optional<std::uint64_t> last;  // number of the frame coded last; none: the next frame starts a GOP
   Reference reference;
   PacketModels models;
+  HeightFrame heights;
 };
 
 Encoder::Encoder(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -40,8 +42,12 @@ Result<Encoder> Encoder::create(EncoderSettings settings) {
   if (settings.gop < 1) return {ErrorCode::kInvalidArgument, "a GOP has one frame at least"};
   if (settings.motion.block_log2 < 2 || settings.motion.block_log2 > 5)
     return {ErrorCode::kInvalidArgument, "motion blocks have 4, 8, 16 or 32 cells a side (spec codec 8.1)"};
+  const bool predicts = settings.frame_types == FrameTypes::kAuto && settings.gop > 1;
+  const bool main = settings.configuration.profile == Profile::kMain;
+  if (predicts && main)
+    return {ErrorCode::kUnsupported, "profile main has no P packets yet: ask for I packets only (spec codec 11)"};
   settings.configuration.tools =
-      settings.frame_types == FrameTypes::kAuto && settings.gop > 1 ? kToolPrediction : 0;
+      (predicts ? kToolPrediction : 0) | (main && settings.heights.neighbours ? kToolNeighbours : 0);
   ISOREEL_ASSIGN(Bytes record, writeConfiguration(settings.configuration));
   auto state = std::make_unique<State>();
   state->settings = std::move(settings);
@@ -87,8 +93,12 @@ Result<Packet> Encoder::encode(const Volume& volume, const FrameTiming& timing, 
       grid,     bitmap,
       cells,    index,
       vertices, {static_cast<std::int32_t>(header.step), static_cast<std::int32_t>(header.tangential_step)}};
-  ISOREEL_ASSIGN(CodedFrame coded, codeIntra(input));
   State& state = *state_;
+  const bool main = settings.configuration.profile == Profile::kMain;
+  ISOREEL_ASSIGN(CodedFrame coded,
+                 main ? codeIntraHeights(input, VolumeField(volume, timing.isovalue, settings.configuration.inside, cells),
+                                         settings.configuration.tools, settings.heights, settings.parallel, state.heights)
+                      : codeIntra(input));
   const bool predicts = (settings.configuration.tools & kToolPrediction) != 0;
   if (predicts && state.last && timing.number == *state.last + 1 &&
       timing.number - state.key < settings.gop) {

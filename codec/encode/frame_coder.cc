@@ -4,52 +4,12 @@
 #include <cmath>
 
 #include "encode/prediction_fit.h"
-#include "extract/octree.h"
+#include "encode/sections.h"
 #include "inter/vertex_stream.h"
-#include "intra/sign_tree.h"
 #include "motion/motion_search.h"
 
 namespace isoreel {
 namespace {
-
-/// Appends the stream that `write(coder)` makes to the payload, and its entry to the section table when it
-/// has any bytes.
-template <class Write>
-void addSection(CodedFrame& coded, SectionKind kind, std::uint32_t level, Write write) {
-  const std::size_t start = coded.payload.size();
-  RangePut coder(coded.payload);
-  write(coder);
-  coder.finish();
-  if (coded.payload.size() > start) {
-    coded.sections.push_back(
-        {static_cast<std::uint32_t>(kind), level, static_cast<std::uint32_t>(coded.payload.size() - start)});
-  }
-}
-
-/// Signs and leaf bits of every level, coarse to fine (spec codec 4). Ends where nothing is heterogeneous.
-Status writeSigns(const FrameInput& frame, CodedFrame& coded) {
-  const SparseOctree octree(frame.cells, octreeDepth(frame.grid));
-  SignTree<RangePut, OctreeTruth> tree(frame.grid, OctreeTruth(frame.bitmap, octree), frame.cells.size(),
-                                       coded.models.signs);
-  for (std::uint32_t level = 0; level <= tree.depth(); ++level) {
-    Bytes leaf_bytes;
-    RangePut leaves(leaf_bytes);
-    Status status;
-    addSection(coded, SectionKind::kSigns, level, [&](RangePut& signs) {
-      status = level == 0 ? tree.codeRoot(signs, leaves) : tree.codeLevel(level, signs, leaves);
-    });
-    ISOREEL_TRY(status);
-    leaves.finish();
-    if (!leaf_bytes.empty()) {
-      coded.sections.push_back({static_cast<std::uint32_t>(SectionKind::kLeaves), level,
-                                static_cast<std::uint32_t>(leaf_bytes.size())});
-      coded.payload.insert(coded.payload.end(), leaf_bytes.begin(), leaf_bytes.end());
-    }
-    if (tree.cells().empty()) break;
-  }
-  coded.sizes.signs = coded.payload.size();
-  return {};
-}
 
 /// Components of the extractor's vertex along the axes of its local frame, 1/16384 of a cell.
 std::array<double, 3> components(const std::array<std::int32_t, 3>& vertex, const LocalFrame& frame) {

@@ -35,11 +35,19 @@ struct MotionSettings {
   bool registration = true;  // refine by registration to the previous surface
 };
 
+/// What the encoder of profile main may leave out, to see what each is worth.
+struct HeightSettings {
+  bool neighbours = true;     // predict heights from those of coded neighbours (a tool of the format)
+  bool fit_triangles = true;  // choose heights for the mesh's triangles, not for its vertices alone
+  bool weigh_rate = true;     // and for what they cost
+};
+
 struct EncoderSettings {
-  Configuration configuration;
+  Configuration configuration;  // `tools` are set by the encoder
   FrameTypes frame_types = FrameTypes::kIntra;
   std::uint32_t gop = 12;  // frames from one I frame to the next, at most; 1 or more
   MotionSettings motion;
+  HeightSettings heights;  // profile main
   VertexPlacement placement = VertexPlacement::kQef;
   NonFinite non_finite = NonFinite::kRefuse;
   ParallelFor parallel = serialFor;
