@@ -207,6 +207,7 @@ Status encode(const EncodeOptions& options) {
                      options.registration};
   for (const std::string& tool : options.without) {
     if (tool == "neighbours") settings.heights.neighbours = false;
+    if (tool == "signs") settings.heights.mixed_signs = false;
     if (tool == "fit") settings.heights.fit_triangles = false;
     if (tool == "rate") settings.heights.weigh_rate = false;
   }
@@ -314,8 +315,8 @@ void addEncodeCommand(CLI::App& app, Action& chosen) {
       ->default_str("classic")
       ->type_name("classic|main");
   verb->add_option("--without", options->without,
-                   "Leave out tools of profile main, to see what they are worth: neighbours, fit, rate")
-      ->check(CLI::IsMember({"neighbours", "fit", "rate"}))
+                   "Leave out tools of profile main, to see what they are worth: neighbours, signs, fit, rate")
+      ->check(CLI::IsMember({"neighbours", "signs", "fit", "rate"}))
       ->delimiter(',')
       ->default_str("");
   verb->add_option_function<std::string>(

@@ -174,6 +174,7 @@ struct Decoder::State {
       configuration.reset();
       ISOREEL_ASSIGN(configuration, readConfiguration(header.configuration));
       models.reset();
+      models.signs.mixed = (configuration->tools & kToolMixedSigns) != 0;
       return {};
     }
     const std::uint64_t wanted = header.number - header.references[0];

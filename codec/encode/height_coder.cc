@@ -11,11 +11,12 @@
 namespace isoreel {
 namespace {
 
-constexpr int kFitRounds = 4;
+// More rounds follow the noise of the samples: bits, and no gain in distance.
+constexpr int kFitRounds = 1;
 // Passes over the residuals when their cost counts: in each, a vertex sees what the last one made of those behind it.
 constexpr int kRatePasses = 2;
-// A bit is worth this many squared steps of one sample.
-constexpr double kBitWorth = 0.3;
+// A bit is worth this many squared steps of one sample; less in even cells, since odd ones are predicted from them.
+constexpr std::array<double, 2> kBitWorth{0.24, 0.6};
 
 /// Bits of a decision with probability one / 65536 of a 1.
 double cost(std::int32_t one, bool bit) {
@@ -64,6 +65,7 @@ std::int32_t limited(double value) {
 Result<CodedFrame> codeIntraHeights(const FrameInput& frame, const VolumeField& field, std::uint32_t tools,
                                     const HeightSettings& choices, const ParallelFor& parallel, HeightFrame& heights) {
   CodedFrame coded;
+  coded.models.signs.mixed = (tools & kToolMixedSigns) != 0;
   ISOREEL_TRY(writeSigns(frame, coded));
   if (frame.cells.empty()) return coded;
   heights.build(frame.cells, frame.index, frame.grid);
@@ -77,7 +79,6 @@ Result<CodedFrame> codeIntraHeights(const FrameInput& frame, const VolumeField& 
 
   const std::int32_t step = frame.steps.normal;
   const double step_in_cells = static_cast<double>(step) / kCell;
-  const double worth = kBitWorth * step_in_cells * step_in_cells;
   HeightModels models;
   const auto nearest = [&](std::uint32_t i, std::int32_t expected, const HeightContext&) {
     return limited((static_cast<double>(fit.heights()[i]) * kCell - expected) / step);
@@ -91,7 +92,7 @@ Result<CodedFrame> codeIntraHeights(const FrameInput& frame, const VolumeField& 
     double least = 1e30;
     for (const std::int32_t residual : {middle, middle - (middle > 0) + (middle < 0), 0}) {
       const double error = (wanted - residual) * step_in_cells;
-      const double sum = static_cast<double>(bowl.curvature) * error * error + worth * costs.of(residual);
+      const double sum = static_cast<double>(bowl.curvature) * error * error + kBitWorth[context.colour] * step_in_cells * step_in_cells * costs.of(residual);
       if (sum < least) {
         least = sum;
         best = residual;

@@ -37,11 +37,11 @@ HeightHeader fitHeights(const HeightFrame& frame, std::uint32_t tools) {
       Square squares = Square::Identity() * 0.3;
       Inputs products = 0.3 * before;
       for (std::size_t n = 0; n < inputs.size(); ++n) {
-        const double wanted = static_cast<double>(frame.heights[list.cells[n]]) / kCell;
-        const double error = wanted - weights.dot(inputs[n]);
+        const double height = static_cast<double>(frame.heights[list.cells[n]]) / kCell;
+        const double error = height - weights.dot(inputs[n]);
         const double trust = 1 / (1 + error * error / (kUsualError * kUsualError));
         squares.noalias() += trust * inputs[n] * inputs[n].transpose();
-        products += trust * wanted * inputs[n];
+        products += trust * height * inputs[n];
       }
       weights = squares.ldlt().solve(products);
     }

@@ -57,14 +57,15 @@ class Mix {
   /// No decision costs less than 1/64 of a bit: see spec codec 6.1.
   static constexpr std::int32_t kFloor = 720;
 
-  Mix(BitModel& a, BitModel& b, MixWeights& weights)
+  /// Probabilities are kept `floor` away from 0 and 1.
+  Mix(BitModel& a, BitModel& b, MixWeights& weights, std::int32_t floor = kFloor)
       : models_{&a, &b},
         weights_(weights),
         logits_{logistic::kStretched[a.one >> 4], logistic::kStretched[b.one >> 4]} {
     const std::int32_t sum = (weights.w[0] * logits_[0] + weights.w[1] * logits_[1]) >> 16;
     const std::int32_t x = std::clamp(sum, -logistic::kLimit, logistic::kLimit);
-    one_ = std::clamp<std::int32_t>(logistic::kSquashed[static_cast<std::size_t>(x + logistic::kLimit)], kFloor,
-                                    65536 - kFloor);
+    one_ = std::clamp<std::int32_t>(logistic::kSquashed[static_cast<std::size_t>(x + logistic::kLimit)], floor,
+                                    65536 - floor);
   }
   /// Probability of a 1, in 1/65536.
   std::int32_t one() const { return one_; }

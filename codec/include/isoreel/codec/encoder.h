@@ -38,6 +38,7 @@ struct MotionSettings {
 /// What the encoder of profile main may leave out, to see what each is worth.
 struct HeightSettings {
   bool neighbours = true;     // predict heights from those of coded neighbours (a tool of the format)
+  bool mixed_signs = true;    // two opinions on each sign (another)
   bool fit_triangles = true;  // choose heights for the mesh's triangles, not for its vertices alone
   bool weigh_rate = true;     // and for what they cost
 };
