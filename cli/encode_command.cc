@@ -314,8 +314,9 @@ void addEncodeCommand(CLI::App& app, Action& chosen) {
           "Coding tools: those of the 2006 paper, or more (I frames only as yet: --frame-types intra)")
       ->default_str("classic")
       ->type_name("classic|main");
-  verb->add_option("--without", options->without,
-                   "Leave out tools of profile main, to see what they are worth: neighbours, signs, fit, rate")
+  verb->add_option(
+          "--without", options->without,
+          "Leave out tools of profile main, to see what they are worth: neighbours, signs, fit, rate")
       ->check(CLI::IsMember({"neighbours", "signs", "fit", "rate"}))
       ->delimiter(',')
       ->default_str("");

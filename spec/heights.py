@@ -31,6 +31,7 @@ class Heights:
     def __init__(self, packet, cells, nodes, tools, models):
         self.packet, self.cells, self.nodes, self.tools, self.models = packet, cells, nodes, tools, models
         self.list = list(cells)
+        self.signs = {}
         self.number = {cell: i for i, cell in enumerate(self.list)}
 
     # ---- 11.1 Surroundings ----
@@ -48,6 +49,11 @@ class Heights:
     def sign(self, cell, node):
         """Of a node near an active cell: the cell's own corner, that of an active cell on the way, or as one step back."""
         node = tuple(clamp(node[k], 0, self.nodes[k] - 1) for k in range(3))
+        if node not in self.signs:
+            self.signs[node] = self.sign_in_grid(cell, node)
+        return self.signs[node]
+
+    def sign_in_grid(self, cell, node):
         for other in product(*((n - 1, n) for n in node)):
             if other in self.cells:
                 corner = [node[k] - other[k] for k in range(3)]

@@ -116,8 +116,9 @@ Status decodeIntraVertices(ByteSpan bytes, const std::vector<Cell>& cells, const
 }
 
 /// The vertices of an I packet of profile main (spec codec 11).
-Status decodeHeights(ByteSpan bytes, const std::vector<Cell>& cells, const CellIndex& index, std::int32_t step,
-                     std::uint32_t tools, HeightModels& models, HeightFrame& frame, Surface& surface) {
+Status decodeHeights(ByteSpan bytes, const std::vector<Cell>& cells, const CellIndex& index,
+                     std::int32_t step, std::uint32_t tools, HeightModels& models, HeightFrame& frame,
+                     Surface& surface) {
   HeightHeader header;
   ByteReader in(bytes);
   if (!cells.empty()) ISOREEL_TRY(readSized(in, header));
@@ -245,8 +246,8 @@ Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
   surface.grid = grid;
   surface.vertices.resize(cells.size());
   if (configuration.profile == Profile::kMain) {
-    ISOREEL_TRY(decodeHeights(*vertex_bytes, cells, state.index, steps.normal, configuration.tools, state.height_models,
-                              state.heights, surface));
+    ISOREEL_TRY(decodeHeights(*vertex_bytes, cells, state.index, steps.normal, configuration.tools,
+                              state.height_models, state.heights, surface));
   } else if (header.type == PacketType::kIntra) {
     ISOREEL_TRY(decodeIntraVertices(*vertex_bytes, cells, steps, state.models.vertices, surface));
   } else {

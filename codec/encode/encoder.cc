@@ -18,7 +18,8 @@ namespace {
 // mesh, 3 took about 5 % off the vertex bits of 2 on droplets, splash and head scan; to the volume's
 // isosurface more.
 constexpr std::uint32_t kTangentialRatio = 3;
-// Where the rate is weighed, many residuals are smaller than the nearest: a finer step makes up for it, at fewer bits.
+// Where the rate is weighed, many residuals are smaller than the nearest: a finer step makes up for it, at
+// fewer bits.
 constexpr double kWeighedStep = 0.8;
 
 }  // namespace
@@ -47,10 +48,11 @@ Result<Encoder> Encoder::create(EncoderSettings settings) {
   const bool predicts = settings.frame_types == FrameTypes::kAuto && settings.gop > 1;
   const bool main = settings.configuration.profile == Profile::kMain;
   if (predicts && main)
-    return {ErrorCode::kUnsupported, "profile main has no P packets yet: ask for I packets only (spec codec 11)"};
-  settings.configuration.tools =
-      (predicts ? kToolPrediction : 0) | (main && settings.heights.neighbours ? kToolNeighbours : 0) |
-      (main && settings.heights.mixed_signs ? kToolMixedSigns : 0);
+    return {ErrorCode::kUnsupported,
+            "profile main has no P packets yet: ask for I packets only (spec codec 11)"};
+  settings.configuration.tools = (predicts ? kToolPrediction : 0) |
+                                 (main && settings.heights.neighbours ? kToolNeighbours : 0) |
+                                 (main && settings.heights.mixed_signs ? kToolMixedSigns : 0);
   ISOREEL_ASSIGN(Bytes record, writeConfiguration(settings.configuration));
   auto state = std::make_unique<State>();
   state->settings = std::move(settings);
@@ -101,8 +103,9 @@ Result<Packet> Encoder::encode(const Volume& volume, const FrameTiming& timing, 
       vertices, {static_cast<std::int32_t>(header.step), static_cast<std::int32_t>(header.tangential_step)}};
   State& state = *state_;
   ISOREEL_ASSIGN(CodedFrame coded,
-                 main ? codeIntraHeights(input, VolumeField(volume, timing.isovalue, settings.configuration.inside, cells),
-                                         settings.configuration.tools, settings.heights, settings.parallel, state.heights)
+                 main ? codeIntraHeights(
+                            input, VolumeField(volume, timing.isovalue, settings.configuration.inside, cells),
+                            settings.configuration.tools, settings.heights, settings.parallel, state.heights)
                       : codeIntra(input));
   const bool predicts = (settings.configuration.tools & kToolPrediction) != 0;
   if (predicts && state.last && timing.number == *state.last + 1 &&

@@ -13,9 +13,11 @@ namespace {
 
 // More rounds follow the noise of the samples: bits, and no gain in distance.
 constexpr int kFitRounds = 1;
-// Passes over the residuals when their cost counts: in each, a vertex sees what the last one made of those behind it.
+// Passes over the residuals when their cost counts: in each, a vertex sees what the last one made of those
+// behind it.
 constexpr int kRatePasses = 2;
-// A bit is worth this many squared steps of one sample; less in even cells, since odd ones are predicted from them.
+// A bit is worth this many squared steps of one sample; less in even cells, since odd ones are predicted from
+// them.
 constexpr std::array<double, 2> kBitWorth{0.24, 0.6};
 
 /// Bits of a decision with probability one / 65536 of a 1.
@@ -63,7 +65,8 @@ std::int32_t limited(double value) {
 }  // namespace
 
 Result<CodedFrame> codeIntraHeights(const FrameInput& frame, const VolumeField& field, std::uint32_t tools,
-                                    const HeightSettings& choices, const ParallelFor& parallel, HeightFrame& heights) {
+                                    const HeightSettings& choices, const ParallelFor& parallel,
+                                    HeightFrame& heights) {
   CodedFrame coded;
   coded.models.signs.mixed = (tools & kToolMixedSigns) != 0;
   ISOREEL_TRY(writeSigns(frame, coded));
@@ -74,7 +77,8 @@ Result<CodedFrame> codeIntraHeights(const FrameInput& frame, const VolumeField& 
   fit.toSurface();
   if (choices.fit_triangles) fit.optimise(kFitRounds);
   for (std::size_t i = 0; i < frame.cells.size(); ++i)
-    heights.heights[i] = static_cast<std::int16_t>(std::clamp(std::lround(fit.heights()[i] * kCell), -32767L, 32767L));
+    heights.heights[i] =
+        static_cast<std::int16_t>(std::clamp(std::lround(fit.heights()[i] * kCell), -32767L, 32767L));
   const HeightHeader header = fitHeights(heights, tools);
 
   const std::int32_t step = frame.steps.normal;
@@ -92,7 +96,8 @@ Result<CodedFrame> codeIntraHeights(const FrameInput& frame, const VolumeField& 
     double least = 1e30;
     for (const std::int32_t residual : {middle, middle - (middle > 0) + (middle < 0), 0}) {
       const double error = (wanted - residual) * step_in_cells;
-      const double sum = static_cast<double>(bowl.curvature) * error * error + kBitWorth[context.colour] * step_in_cells * step_in_cells * costs.of(residual);
+      const double sum = static_cast<double>(bowl.curvature) * error * error +
+                         kBitWorth[context.colour] * step_in_cells * step_in_cells * costs.of(residual);
       if (sum < least) {
         least = sum;
         best = residual;

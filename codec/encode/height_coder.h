@@ -7,8 +7,10 @@
 
 namespace isoreel {
 
-/// Codes a frame by itself in profile main (spec codec 4 and 11). `heights` keeps its memory from frame to frame.
+/// Codes a frame by itself in profile main (spec codec 4 and 11). `heights` keeps its memory from frame to
+/// frame.
 Result<CodedFrame> codeIntraHeights(const FrameInput& frame, const VolumeField& field, std::uint32_t tools,
-                                    const HeightSettings& choices, const ParallelFor& parallel, HeightFrame& heights);
+                                    const HeightSettings& choices, const ParallelFor& parallel,
+                                    HeightFrame& heights);
 
 }  // namespace isoreel

@@ -28,10 +28,12 @@ HeightHeader fitHeights(const HeightFrame& frame, std::uint32_t tools) {
       inputs[n][0] = static_cast<double>(coded.near) / kCell;
       inputs[n][1] = static_cast<double>(coded.far) / kCell;
       for (std::size_t k = 0; k < SignInputs::kCount; ++k)
-        inputs[n][static_cast<int>(k) + 2] = static_cast<double>(frame.predicted.inputs[list.cells[n]].v[k]) / kCell;
+        inputs[n][static_cast<int>(k) + 2] =
+            static_cast<double>(frame.predicted.inputs[list.cells[n]].v[k]) / kCell;
     }
     Inputs before;  // the weights that it has without any vertex
-    for (int k = 0; k < kInputs; ++k) before[k] = static_cast<double>(header.weights[colour][static_cast<std::size_t>(k)]) / 256;
+    for (int k = 0; k < kInputs; ++k)
+      before[k] = static_cast<double>(header.weights[colour][static_cast<std::size_t>(k)]) / 256;
     Inputs weights = before;
     for (int round = 0; round < kRounds; ++round) {
       Square squares = Square::Identity() * 0.3;

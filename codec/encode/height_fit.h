@@ -5,8 +5,8 @@
 
 namespace isoreel {
 
-/// The weights with which the prediction of frame.heights, as they stand, errs least: least squares, in which large errors count
-/// for less. (Weights fitted to quantised neighbours were no better.)
+/// The weights with which the prediction of frame.heights, as they stand, errs least: least squares, in which
+/// large errors count for less. (Weights fitted to quantised neighbours were no better.)
 HeightHeader fitHeights(const HeightFrame& frame, std::uint32_t tools);
 
 }  // namespace isoreel

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Two models' probabilities made one in the logistic domain, in integers (spec codec 11.6). After M. Mahoney, Adaptive
-// Weighing of Context Models for Lossless Data Compression, 2005.
+// Two models' probabilities made one in the logistic domain, in integers (spec codec 11.6). After M. Mahoney,
+// Adaptive Weighing of Context Models for Lossless Data Compression, 2005.
 #pragma once
 
 #include <algorithm>
@@ -18,8 +18,9 @@ inline constexpr std::int32_t kLimit = 2047;  // of logits, in 1/256
 /// 65536 / (1 + exp(-x / 256)), by lines between points 128 apart. |x| <= kLimit.
 constexpr std::int32_t squash(std::int32_t x) {
   constexpr std::array<std::int32_t, 33> kPoints{
-      22,    36,    60,    98,    162,   267,   439,   720,   1179,  1921,  3108,  4971,  7812,  11955, 17625, 24743, 32768,
-      40793, 47911, 53581, 57724, 60565, 62428, 63615, 64357, 64816, 65097, 65269, 65374, 65438, 65476, 65500, 65514};
+      22,    36,    60,    98,    162,   267,   439,   720,   1179,  1921,  3108,
+      4971,  7812,  11955, 17625, 24743, 32768, 40793, 47911, 53581, 57724, 60565,
+      62428, 63615, 64357, 64816, 65097, 65269, 65374, 65438, 65476, 65500, 65514};
   const auto at = static_cast<std::size_t>((x + 2048) >> 7);
   const std::int32_t part = (x + 2048) & 127;
   return (kPoints[at] * (128 - part) + kPoints[at + 1] * part + 64) >> 7;
@@ -64,8 +65,8 @@ class Mix {
         logits_{logistic::kStretched[a.one >> 4], logistic::kStretched[b.one >> 4]} {
     const std::int32_t sum = (weights.w[0] * logits_[0] + weights.w[1] * logits_[1]) >> 16;
     const std::int32_t x = std::clamp(sum, -logistic::kLimit, logistic::kLimit);
-    one_ = std::clamp<std::int32_t>(logistic::kSquashed[static_cast<std::size_t>(x + logistic::kLimit)], floor,
-                                    65536 - floor);
+    one_ = std::clamp<std::int32_t>(logistic::kSquashed[static_cast<std::size_t>(x + logistic::kLimit)],
+                                    floor, 65536 - floor);
   }
   /// Probability of a 1, in 1/65536.
   std::int32_t one() const { return one_; }

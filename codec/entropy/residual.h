@@ -12,7 +12,7 @@ namespace isoreel {
 
 /// The models of a magnitude from 1 on.
 struct MagnitudeModels {
-  static constexpr int kMaxExponent = 15;    // magnitudes 1 to 65535
+  static constexpr int kMaxExponent = 15;   // magnitudes 1 to 65535
   std::array<BitModel, kMaxExponent> more;  // whether the exponent is above i
   std::array<std::array<BitModel, 8>, kMaxExponent>
       mantissa;  // by exponent - 1: the three highest bits, as a tree

@@ -7,10 +7,10 @@ namespace isoreel {
 namespace {
 
 constexpr std::size_t kPerTask = 4096;
-constexpr float kFarthest = 1.25f;       // that toSurface() looks along the normal, in cells
+constexpr float kFarthest = 1.25f;  // that toSurface() looks along the normal, in cells
 constexpr float kProbe = 0.125f;
-constexpr float kReach = 0.25f;          // how far optimise() may move a vertex from the isosurface
-constexpr float kDoubtful = 0.6f;        // a sample that is farther from the isosurface says nothing
+constexpr float kReach = 0.25f;    // how far optimise() may move a vertex from the isosurface
+constexpr float kDoubtful = 0.6f;  // a sample that is farther from the isosurface says nothing
 
 }  // namespace
 
@@ -29,7 +29,8 @@ SurfaceFit::SurfaceFit(const VolumeField& field, std::span<const Cell> cells, co
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const std::array<std::uint16_t, 3> corner{cells[i].x, cells[i].y, cells[i].z};
     for (std::size_t k = 0; k < 3; ++k) {
-      points_[i][k] = static_cast<float>(corner[k]) + static_cast<float>(frame.predicted.points[i].v[k]) / 2048;
+      points_[i][k] =
+          static_cast<float>(corner[k]) + static_cast<float>(frame.predicted.points[i].v[k]) / 2048;
       normals_[i][k] = static_cast<float>(frame.predicted.normals[i].v[k]) / kCell;
     }
   }
@@ -95,7 +96,8 @@ void SurfaceFit::splitQuads(std::span<const Quad> quads) {
       for (std::size_t d = 0; d < 2; ++d) {
         const Vec3f a = place(quads[q][d]), b = place(quads[q][d + 2]);
         for (std::size_t k = 0; k < 3; ++k)
-          square[d] += static_cast<float>(grid_.spacing[k] * grid_.spacing[k]) * (a[k] - b[k]) * (a[k] - b[k]);
+          square[d] +=
+              static_cast<float>(grid_.spacing[k] * grid_.spacing[k]) * (a[k] - b[k]) * (a[k] - b[k]);
       }
       constexpr float kThird = 1.0f / 3;
       Sample* const parts = &samples_[first_of_quads_ + 3 * q];
@@ -178,7 +180,8 @@ float SurfaceFit::crossing(std::uint32_t i) const {
   };
   const auto inCell = [&](const Vec3f& p) {
     for (std::size_t k = 0; k < 3; ++k) {
-      if (p[k] < static_cast<float>(corner[k]) - kProbe || p[k] > static_cast<float>(corner[k]) + 1 + kProbe) return false;
+      if (p[k] < static_cast<float>(corner[k]) - kProbe || p[k] > static_cast<float>(corner[k]) + 1 + kProbe)
+        return false;
     }
     return true;
   };

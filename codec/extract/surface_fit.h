@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Heights for which the mesh, not only its vertices, lies close to the volume's isosurface. Encoder only; floating point.
+// Heights for which the mesh, not only its vertices, lies close to the volume's isosurface. Encoder only;
+// floating point.
 #pragma once
 
 #include <isoreel/base/parallel.h>
@@ -12,13 +13,14 @@
 
 namespace isoreel {
 
-/// The squared distance of the mesh to the isosurface at samples of it (vertices, middles of edges and diagonals, centroids of
-/// triangles), as a function of the vertices' heights: linear around the heights of the last linearise().
+/// The squared distance of the mesh to the isosurface at samples of it (vertices, middles of edges and
+/// diagonals, centroids of triangles), as a function of the vertices' heights: linear around the heights of
+/// the last linearise().
 class SurfaceFit {
  public:
   /// Everything must outlive it; `quads` are the dual mesh of `cells`.
-  SurfaceFit(const VolumeField& field, std::span<const Cell> cells, const HeightFrame& frame, std::span<const Quad> quads,
-             const Grid& grid, const ParallelFor& parallel);
+  SurfaceFit(const VolumeField& field, std::span<const Cell> cells, const HeightFrame& frame,
+             std::span<const Quad> quads, const Grid& grid, const ParallelFor& parallel);
 
   /// Heights in cells.
   const std::vector<float>& heights() const { return heights_; }

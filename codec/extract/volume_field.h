@@ -23,8 +23,8 @@ class VolumeField {
     Vec3f gradient{};  // within the cell, for each cell
   };
 
-  /// `volume` must outlive it. `cells`: the active ones; samples that are not finite are taken as far outside as theirs are in
-  /// the mean.
+  /// `volume` must outlive it. `cells`: the active ones; samples that are not finite are taken as far outside
+  /// as theirs are in the mean.
   VolumeField(const Volume& volume, double isovalue, Inside inside, std::span<const Cell> cells)
       : volume_(volume), isovalue_(isovalue), sign_(inside == Inside::kBelow ? 1.0f : -1.0f) {
     double sum = 0, count = 0;
@@ -56,12 +56,14 @@ class VolumeField {
       step_x[j] = v[2 * j + 1] - v[2 * j];
       along_x[j] = v[2 * j] + t[0] * step_x[j];
     }
-    const float low_y = along_x[0] + t[1] * (along_x[1] - along_x[0]), high_y = along_x[2] + t[1] * (along_x[3] - along_x[2]);
+    const float low_y = along_x[0] + t[1] * (along_x[1] - along_x[0]),
+                high_y = along_x[2] + t[1] * (along_x[3] - along_x[2]);
     Sample result;
     result.value = low_y + t[2] * (high_y - low_y);
     result.gradient[2] = high_y - low_y;
     result.gradient[1] = (along_x[1] - along_x[0]) * (1 - t[2]) + (along_x[3] - along_x[2]) * t[2];
-    result.gradient[0] = (step_x[0] + t[1] * (step_x[1] - step_x[0])) * (1 - t[2]) + (step_x[2] + t[1] * (step_x[3] - step_x[2])) * t[2];
+    result.gradient[0] = (step_x[0] + t[1] * (step_x[1] - step_x[0])) * (1 - t[2]) +
+                         (step_x[2] + t[1] * (step_x[3] - step_x[2])) * t[2];
     return result;
   }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Models and contexts of heights: how far a vertex lies from its predicted place along the predicted normal (spec codec
-// 11.5, 11.6).
+// Models and contexts of heights: how far a vertex lies from its predicted place along the predicted normal
+// (spec codec 11.5, 11.6).
 #pragma once
 
 #include <isoreel/base/syntax.h>
@@ -21,7 +21,8 @@ struct HeightHeader {
   static constexpr std::int64_t kMaxWeight = 1023;
   using Weights = std::array<std::int64_t, kInputs>;
 
-  /// For even and odd cells, in 1/256: of the mean height of coded neighbours, nearer and further, then of the inputs.
+  /// For even and odd cells, in 1/256: of the mean height of coded neighbours, nearer and further, then of
+  /// the inputs.
   std::array<Weights, 2> weights{{{64, 0, 64, 0, 0, 0, 0, 0}, {192, 0, 0, 0, 0, 0, 0, 0}}};
 
   template <class V>
@@ -88,7 +89,8 @@ class HeightModels {
 
 /// Puts or gets a residual, |value| <= 65535.
 template <class Coder>
-std::int32_t codeHeightResidual(Coder& coder, HeightModels& models, const HeightContext& context, std::int32_t value) {
+std::int32_t codeHeightResidual(Coder& coder, HeightModels& models, const HeightContext& context,
+                                std::int32_t value) {
   if (codeMixed(coder, models.zero(context), value == 0)) return 0;
   const bool negative = coder.code(models.negative(context), value < 0);
   std::uint32_t magnitude = static_cast<std::uint32_t>(value < 0 ? -value : value);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The vertices of an I packet of profile main: one residual each, even cells before odd ones (spec codec 11.4 to 11.6).
+// The vertices of an I packet of profile main: one residual each, even cells before odd ones (spec codec 11.4
+// to 11.6).
 #pragma once
 
 #include <isoreel/codec/configuration.h>
@@ -13,7 +14,7 @@ struct HeightFrame {
   Surroundings around;
   SignPrediction predicted;
   // As they are coded.
-  std::vector<std::int16_t> heights;      // above the predicted points along their normals, 1/16384 of a cell
+  std::vector<std::int16_t> heights;     // above the predicted points along their normals, 1/16384 of a cell
   std::vector<std::uint8_t> magnitudes;  // of residuals, at most 15
 
   void build(std::span<const Cell> cells, const CellIndex& index, const Grid& grid) {
@@ -25,10 +26,12 @@ struct HeightFrame {
 };
 
 /// The vertex in its cell that a height stands for: 0 to 16384 from the cell's corner 0.
-inline std::array<std::int32_t, 3> atHeight(const SignPrediction& predicted, std::size_t i, std::int32_t height) {
+inline std::array<std::int32_t, 3> atHeight(const SignPrediction& predicted, std::size_t i,
+                                            std::int32_t height) {
   std::array<std::int32_t, 3> result;
   for (std::size_t k = 0; k < 3; ++k) {
-    const std::int32_t position = 8 * predicted.points[i].v[k] + ((height * predicted.normals[i].v[k] + 8192) >> 14);
+    const std::int32_t position =
+        8 * predicted.points[i].v[k] + ((height * predicted.normals[i].v[k] + 8192) >> 14);
     result[k] = std::clamp(position, 0, kCell);
   }
   return result;
@@ -81,7 +84,8 @@ inline Coded aroundEven(const HeightFrame& frame, const std::uint32_t* links, st
   return result;
 }
 
-inline Coded aroundOdd(const HeightFrame& frame, const std::uint32_t* links, std::uint32_t near, std::uint32_t far) {
+inline Coded aroundOdd(const HeightFrame& frame, const std::uint32_t* links, std::uint32_t near,
+                       std::uint32_t far) {
   Coded result;
   if (near + far == 0) return result;
   std::array<std::int32_t, 2> sums{};
@@ -101,8 +105,8 @@ inline Coded aroundOdd(const HeightFrame& frame, const std::uint32_t* links, std
 }
 
 /// `count`, `links`: of a cell of this colour.
-inline Coded around(const HeightFrame& frame, std::size_t colour, std::uint8_t count, const std::uint32_t* links,
-                    std::uint32_t tools) {
+inline Coded around(const HeightFrame& frame, std::size_t colour, std::uint8_t count,
+                    const std::uint32_t* links, std::uint32_t tools) {
   if ((tools & kToolNeighbours) == 0) return {};
   return colour == 0 ? aroundEven(frame, links, count) : aroundOdd(frame, links, count & 15u, count >> 4);
 }
@@ -117,7 +121,8 @@ void codeHeights(Coder& coder, HeightModels& models, const HeightHeader& header,
   for (std::uint32_t colour = 0; colour < 2; ++colour) {
     const Surroundings::Colour& list = frame.around.colours[colour];
     std::array<std::int32_t, HeightHeader::kInputs> weights;
-    for (std::size_t k = 0; k < weights.size(); ++k) weights[k] = static_cast<std::int32_t>(header.weights[colour][k]);
+    for (std::size_t k = 0; k < weights.size(); ++k)
+      weights[k] = static_cast<std::int32_t>(header.weights[colour][k]);
     const std::uint32_t* links = list.links.data();
     for (std::size_t n = 0; n < list.cells.size(); ++n) {
       const std::uint32_t i = list.cells[n];
@@ -127,7 +132,8 @@ void codeHeights(Coder& coder, HeightModels& models, const HeightHeader& header,
       std::int32_t sum = 128 + weights[0] * coded.near + weights[1] * coded.far;
       for (std::size_t k = 0; k < SignInputs::kCount; ++k) sum += weights[k + 2] * inputs.v[k];
       const std::int32_t expected = std::clamp(sum >> 8, -kCell, kCell);
-      const HeightContext context{colour, coded.activity, static_cast<std::uint32_t>(inputs.bend), cells[i].corners};
+      const HeightContext context{colour, coded.activity, static_cast<std::uint32_t>(inputs.bend),
+                                  cells[i].corners};
       const std::int32_t residual = codeHeightResidual(coder, models, context, choose(i, expected, context));
       frame.heights[i] = static_cast<std::int16_t>(std::clamp(expected + residual * step, -32767, 32767));
       frame.magnitudes[i] = static_cast<std::uint8_t>(std::min(residual < 0 ? -residual : residual, 15));

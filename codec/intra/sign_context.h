@@ -131,8 +131,8 @@ class LeafModels {
   std::array<BitModel, 4 * 2 * 6 * 4> models_{};
 };
 
-/// Second opinions on corner signs, in profile main (spec codec 11.7): by the corners of the cell that adds the node, and which
-/// of its new nodes it is.
+/// Second opinions on corner signs, in profile main (spec codec 11.7): by the corners of the cell that adds
+/// the node, and which of its new nodes it is.
 class SignOpinions {
  public:
   void reset() {

@@ -20,7 +20,8 @@ Lanes startOf(const Cell& cell) {
   return result;
 }
 
-// By the faces that have another cell: what brings the sum of points to the cell's own coordinates, and keeps it positive.
+// By the faces that have another cell: what brings the sum of points to the cell's own coordinates, and keeps
+// it positive.
 constexpr std::int32_t kBias = 6 * 1024;
 constexpr auto kOffsets = [] {
   std::array<Lanes, 64> offsets{};
@@ -34,7 +35,8 @@ constexpr auto kOffsets = [] {
 }();
 
 // The mean of the six points across the faces, or the cell's own where there is none.
-inline Lanes meanAround(const std::vector<Lanes>& points, const std::array<std::uint32_t, 6>& across, std::uint8_t faces) {
+inline Lanes meanAround(const std::vector<Lanes>& points, const std::array<std::uint32_t, 6>& across,
+                        std::uint8_t faces) {
   Lanes sum = kOffsets[faces];
   for (const std::uint32_t j : across) {
     for (std::size_t k = 0; k < 4; ++k) sum.v[k] = static_cast<std::int16_t>(sum.v[k] + points[j].v[k]);
@@ -99,7 +101,9 @@ inline Lanes minus(const Lanes& a, const Lanes& b) {
   return result;
 }
 
-inline std::int16_t limited(std::int32_t value) { return static_cast<std::int16_t>(std::clamp(value, -32767, 32767)); }
+inline std::int16_t limited(std::int32_t value) {
+  return static_cast<std::int16_t>(std::clamp(value, -32767, 32767));
+}
 
 // Of a neighbour's corner 0 from the cell's own, by face.
 constexpr std::array<Lanes, 6> kFaceOffsets{{{{-kUnit, 0, 0, 0}},
@@ -143,7 +147,7 @@ void SignPrediction::build(std::span<const Cell> cells, const Surroundings& arou
 
 SignInputs SignPrediction::inputsOf(std::size_t i, const Surroundings& around) const {
   const Lanes point = points[i], normal = normals[i];
-  Lanes way;             // to the points across the faces, summed
+  Lanes way;                // to the points across the faces, summed
   std::int32_t planes = 0;  // heights of the planes through these points, where this one is
   std::int32_t cosines = 0;
   std::int32_t balance = 0;

@@ -28,14 +28,15 @@ struct SignPrediction {
   static constexpr int kPointBits = 11;
   /// Position in the cell, 1/2048 of a cell from its corner 0, 0 to 2048. Lane 3: 0.
   std::vector<Lanes> points;
-  /// Unit normal towards the outside, 1/16384. Lane 3: the weighted balance of the 4×4×4 signs, outside minus inside,
-  /// -896 to 896.
+  /// Unit normal towards the outside, 1/16384. Lane 3: the weighted balance of the 4×4×4 signs, outside minus
+  /// inside, -896 to 896.
   std::vector<Lanes> normals;
   /// What may tell more of each vertex's height above its point.
   std::vector<SignInputs> inputs;
 
   /// `nodes`: of the grid. Keeps its memory from call to call.
-  void build(std::span<const Cell> cells, const Surroundings& around, const std::array<std::uint32_t, 3>& nodes);
+  void build(std::span<const Cell> cells, const Surroundings& around,
+             const std::array<std::uint32_t, 3>& nodes);
 
  private:
   SignInputs inputsOf(std::size_t i, const Surroundings& around) const;

@@ -195,10 +195,15 @@ class SignTree {
           sign = (cell.corners >> node.corner & 1) != 0;
         } else {
           const SignWindow around = SignBlock::around(at, shift);
-          const bool truth = truth_.sign(lattice, 2 * cell.x + node.x, 2 * cell.y + node.y, 2 * cell.z + node.z);
+          const bool truth =
+              truth_.sign(lattice, 2 * cell.x + node.x, 2 * cell.y + node.y, 2 * cell.z + node.z);
           BitModel& model = models_.signs.at(around.known, around.inside);
-          sign = models_.mixed ? codeMixed(signs, models_.opinions.mix(model, cell.corners, static_cast<std::uint32_t>(which), lattice.shift == 0), truth)
-                               : signs.code(model, truth);
+          sign = models_.mixed
+                     ? codeMixed(signs,
+                                 models_.opinions.mix(model, cell.corners, static_cast<std::uint32_t>(which),
+                                                      lattice.shift == 0),
+                                 truth)
+                     : signs.code(model, truth);
         }
         SignBlock::setMiddle(at, shift, sign);
       }

@@ -12,7 +12,9 @@ namespace isoreel {
 /// The places of the 6×6×6 cells from -1 to 4 around a brick of 4×4×4: a neighbour is a difference of slots.
 class BrickHalo {
  public:
-  static constexpr std::size_t slot(int x, int y, int z) { return static_cast<std::size_t>(x + 1 + 6 * (y + 1) + 36 * (z + 1)); }
+  static constexpr std::size_t slot(int x, int y, int z) {
+    return static_cast<std::size_t>(x + 1 + 6 * (y + 1) + 36 * (z + 1));
+  }
 
   /// Looks them up; `index` and `brick` (of it) are kept until the next call.
   void gather(const CellIndex& index, const CellIndex::Brick& brick) {
@@ -48,7 +50,8 @@ class BrickHalo {
   static constexpr auto kSlots = [] {
     std::array<int, 64> slots{};
     for (int bit = 0; bit < 64; ++bit) {
-      slots[static_cast<std::size_t>(bit)] = 43 + (bit & 1) + 2 * (bit >> 3 & 1) + 6 * ((bit >> 1 & 1) + 2 * (bit >> 4 & 1)) +
+      slots[static_cast<std::size_t>(bit)] = 43 + (bit & 1) + 2 * (bit >> 3 & 1) +
+                                             6 * ((bit >> 1 & 1) + 2 * (bit >> 4 & 1)) +
                                              36 * ((bit >> 2 & 1) + 2 * (bit >> 5 & 1));
     }
     return slots;
@@ -61,7 +64,8 @@ class BrickHalo {
       for (int bit = 0; bit < 64; ++bit) {
         bool in = true;
         for (int axis = 0; axis < 3; ++axis) {
-          const int at = 4 * offset[static_cast<std::size_t>(axis)] + (bit >> axis & 1) + 2 * (bit >> (axis + 3) & 1);
+          const int at =
+              4 * offset[static_cast<std::size_t>(axis)] + (bit >> axis & 1) + 2 * (bit >> (axis + 3) & 1);
           in = in && at >= -1 && at <= 4;
         }
         if (in) reached[static_cast<std::size_t>(around)] |= std::uint64_t{1} << bit;

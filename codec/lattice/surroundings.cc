@@ -24,10 +24,12 @@ class Nodes {
     known_[plane + 1] |= kSquare << shift;
     inside_[plane + 1] |= spread(corners >> 4) << shift;
   }
-  /// Nodes that no active cell has as a corner are as those one step nearer: no edge between them changes sign.
+  /// Nodes that no active cell has as a corner are as those one step nearer: no edge between them changes
+  /// sign.
   void extend() {
     for (std::size_t z = 0; z < 7; ++z) {
-      const std::uint64_t right = known_[z] << 1 & kRows & ~known_[z], left = known_[z] >> 1 & ~known_[z] & ~right;
+      const std::uint64_t right = known_[z] << 1 & kRows & ~known_[z],
+                          left = known_[z] >> 1 & ~known_[z] & ~right;
       inside_[z] |= (inside_[z] << 1 & right) | (inside_[z] >> 1 & left);
       known_[z] |= right | left;
       const std::uint64_t up = known_[z] << 8 & kRows & ~known_[z], down = known_[z] >> 8 & ~known_[z] & ~up;
@@ -63,7 +65,8 @@ constexpr auto kMixedFaces = [] {
   for (std::uint32_t corners = 0; corners < 256; ++corners) {
     for (std::uint32_t face = 0; face < 6; ++face) {
       std::uint32_t on_face = 0;
-      for (std::uint32_t j = 0; j < 8; ++j) on_face |= static_cast<std::uint32_t>((j >> face / 2 & 1) == face % 2) << j;
+      for (std::uint32_t j = 0; j < 8; ++j)
+        on_face |= static_cast<std::uint32_t>((j >> face / 2 & 1) == face % 2) << j;
       if ((corners & on_face) != 0 && (corners & on_face) != on_face)
         faces[corners] = static_cast<std::uint8_t>(faces[corners] | 1u << face);
     }
@@ -73,16 +76,18 @@ constexpr auto kMixedFaces = [] {
 
 constexpr std::ptrdiff_t stepOf(int dx, int dy, int dz) { return dx + 6 * dy + 36 * dz; }
 constexpr std::array<std::ptrdiff_t, 6> kFaceSteps{-1, 1, -6, 6, -36, 36};
-constexpr std::array<std::ptrdiff_t, 12> kEdgeSteps{stepOf(0, -1, -1), stepOf(-1, 0, -1), stepOf(1, 0, -1), stepOf(0, 1, -1),
-                                                    stepOf(-1, -1, 0), stepOf(1, -1, 0),  stepOf(-1, 1, 0), stepOf(1, 1, 0),
-                                                    stepOf(0, -1, 1),  stepOf(-1, 0, 1),  stepOf(1, 0, 1),  stepOf(0, 1, 1)};
-constexpr std::array<std::ptrdiff_t, 8> kCornerSteps{stepOf(-1, -1, -1), stepOf(1, -1, -1), stepOf(-1, 1, -1), stepOf(1, 1, -1),
-                                                     stepOf(-1, -1, 1),  stepOf(1, -1, 1),  stepOf(-1, 1, 1),  stepOf(1, 1, 1)};
+constexpr std::array<std::ptrdiff_t, 12> kEdgeSteps{stepOf(0, -1, -1), stepOf(-1, 0, -1), stepOf(1, 0, -1),
+                                                    stepOf(0, 1, -1),  stepOf(-1, -1, 0), stepOf(1, -1, 0),
+                                                    stepOf(-1, 1, 0),  stepOf(1, 1, 0),   stepOf(0, -1, 1),
+                                                    stepOf(-1, 0, 1),  stepOf(1, 0, 1),   stepOf(0, 1, 1)};
+constexpr std::array<std::ptrdiff_t, 8> kCornerSteps{stepOf(-1, -1, -1), stepOf(1, -1, -1), stepOf(-1, 1, -1),
+                                                     stepOf(1, 1, -1),   stepOf(-1, -1, 1), stepOf(1, -1, 1),
+                                                     stepOf(-1, 1, 1),   stepOf(1, 1, 1)};
 
 // Adds the cells at `steps` from a slot that come before `end`; returns how many.
 template <std::size_t N>
-std::uint8_t link(const BrickHalo& halo, std::size_t slot, const std::array<std::ptrdiff_t, N>& steps, std::uint32_t end,
-                  std::uint32_t* to) {
+std::uint8_t link(const BrickHalo& halo, std::size_t slot, const std::array<std::ptrdiff_t, N>& steps,
+                  std::uint32_t end, std::uint32_t* to) {
   std::size_t count = 0;
   for (const std::ptrdiff_t step : steps) {
     to[count] = halo[slot + static_cast<std::size_t>(step)];
