@@ -186,6 +186,9 @@ Status encode(const EncodeOptions& options) {
   const Stopwatch watch;
   if (options.output.empty()) throw CLI::ValidationError("--output", "is empty");
   ISOREEL_TRY(mayStart(options));
+  if (options.profile == Profile::kMain && options.frame_types == FrameTypes::kAuto && options.gop > 1)
+    throw CLI::ValidationError("--profile",
+                               "main has frames that decode alone only, as yet: add --frame-types intra");
   const std::uint32_t step = stepUnits(options.step);
   const std::string tags = tagsJson(options);
   ISOREEL_ASSIGN(const std::unique_ptr<io::VolumeSequence> volumes,

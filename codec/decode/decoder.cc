@@ -199,7 +199,7 @@ Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
     return {ErrorCode::kLimit, "packet: " + std::to_string(header.vertices) +
                                    " vertices, above the limit of " + std::to_string(options.max_vertices)};
   }
-  // Each vertex takes at least three decisions, and none is cheaper than 1/177 of a bit (spec codec 6.1).
+  // Each vertex takes three decisions of 1/177 of a bit at least, or one of 1/63 (spec codec 6.1).
   if (header.vertices / 512 > payload.wholeSize()) {
     return {ErrorCode::kBadData, "packet: " + std::to_string(header.vertices) +
                                      " vertices cannot come from " + std::to_string(payload.wholeSize()) +

@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <vector>
 
 #include "lattice/cell_index.h"
 
@@ -16,19 +17,44 @@ class BrickHalo {
     return static_cast<std::size_t>(x + 1 + 6 * (y + 1) + 36 * (z + 1));
   }
 
-  /// Looks them up; `index` and `brick` (of it) are kept until the next call.
-  void gather(const CellIndex& index, const CellIndex::Brick& brick) {
+  /// The bricks around each brick of an index, itself in the middle: number dx + 1 + 3 (dy + 1) + 9 (dz + 1).
+  class Around {
+   public:
+    void build(const CellIndex& index) {
+      const auto count = static_cast<std::uint32_t>(index.bricks().size());
+      std::array<std::uint32_t, 27> none;
+      none.fill(CellIndex::kNone);
+      numbers_.assign(count, none);
+      for (std::uint32_t i = 0; i < count; ++i) {
+        const CellIndex::Brick& brick = index.bricks()[i];
+        numbers_[i][13] = i;
+        // Half of them are enough: each finds the other.
+        for (std::size_t around = 0; around < 13; ++around) {
+          const auto n = static_cast<int>(around);
+          const std::uint32_t other =
+              index.brickAt(brick.x + n % 3 - 1, brick.y + n / 3 % 3 - 1, brick.z + n / 9 - 1);
+          if (other == CellIndex::kNone) continue;
+          numbers_[i][around] = other;
+          numbers_[other][26 - around] = i;
+        }
+      }
+    }
+    const std::array<std::uint32_t, 27>& operator[](std::size_t brick) const { return numbers_[brick]; }
+
+   private:
+    std::vector<std::array<std::uint32_t, 27>> numbers_;
+  };
+
+  /// Fills the slots around a brick of `index`, whose neighbours are `around`.
+  void gather(const CellIndex& index, const std::array<std::uint32_t, 27>& around) {
     places_.fill(CellIndex::kNone);
     count_ = 0;
-    for (int around = 0; around < 27; ++around) {
-      const int dx = around % 3 - 1, dy = around / 3 % 3 - 1, dz = around / 9 - 1;
-      const std::uint32_t number = index.brickAt(brick.x + dx, brick.y + dy, brick.z + dz);
-      if (number == CellIndex::kNone) continue;
-      const CellIndex::Brick& other = index.bricks()[number];
-      const std::uint64_t reached = kReached[static_cast<std::size_t>(around)];
-      for (std::uint64_t cells = other.mask & reached; cells != 0; cells &= cells - 1) {
+    for (std::size_t n = 0; n < 27; ++n) {
+      if (around[n] == CellIndex::kNone) continue;
+      const CellIndex::Brick& other = index.bricks()[around[n]];
+      for (std::uint64_t cells = other.mask & kReached[n]; cells != 0; cells &= cells - 1) {
         const auto bit = static_cast<std::size_t>(std::countr_zero(cells));
-        const auto at = static_cast<std::size_t>(kSlots[bit] + 4 * (dx + 6 * dy + 36 * dz));
+        const auto at = static_cast<std::size_t>(kSlots[bit] + kBricks[n]);
         places_[at] = other.first + countBits(other.mask & ((cells & (0 - cells)) - 1));
         filled_[count_++] = static_cast<std::uint8_t>(at);
       }
@@ -36,13 +62,10 @@ class BrickHalo {
   }
   /// The place of the cell in a slot, or CellIndex::kNone.
   std::uint32_t operator[](std::size_t slot) const { return places_[slot]; }
-  /// Calls visit(x, y, z, place) for each cell, coordinates -1 to 4.
+  /// Calls visit(slot, place) for each cell.
   template <class Visit>
   void forEach(Visit visit) const {
-    for (std::size_t i = 0; i < count_; ++i) {
-      const int at = filled_[i];
-      visit(at % 6 - 1, at / 6 % 6 - 1, at / 36 - 1, places_[filled_[i]]);
-    }
+    for (std::size_t i = 0; i < count_; ++i) visit(filled_[i], places_[filled_[i]]);
   }
 
  private:
@@ -55,6 +78,13 @@ class BrickHalo {
                                              36 * ((bit >> 2 & 1) + 2 * (bit >> 5 & 1));
     }
     return slots;
+  }();
+  // By brick around: where its slots are from those of the brick in the middle.
+  static constexpr auto kBricks = [] {
+    std::array<int, 27> bricks{};
+    for (int n = 0; n < 27; ++n)
+      bricks[static_cast<std::size_t>(n)] = 4 * (n % 3 - 1 + 6 * (n / 3 % 3 - 1) + 36 * (n / 9 - 1));
+    return bricks;
   }();
   // By brick around: those of its cells that are in the halo.
   static constexpr auto kReached = [] {

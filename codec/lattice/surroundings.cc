@@ -2,6 +2,7 @@
 #include "lattice/surroundings.h"
 
 #include <bit>
+#include <utility>
 
 #include "lattice/brick_halo.h"
 
@@ -15,14 +16,13 @@ class Nodes {
     known_.fill(0);
     inside_.fill(0);
   }
-  /// The corners of a cell, at -1 to 4.
-  void add(int x, int y, int z, std::uint32_t corners) {
-    const int shift = 8 * (y + 1) + x + 1;
-    const auto plane = static_cast<std::size_t>(z + 1);
+  /// The corners of the cell in a slot of a halo.
+  void add(std::size_t slot, std::uint32_t corners) {
+    const auto [plane, shift] = kPlaces[slot];
     known_[plane] |= kSquare << shift;
     inside_[plane] |= spread(corners) << shift;
-    known_[plane + 1] |= kSquare << shift;
-    inside_[plane + 1] |= spread(corners >> 4) << shift;
+    known_[plane + 1u] |= kSquare << shift;
+    inside_[plane + 1u] |= spread(corners >> 4) << shift;
   }
   /// Nodes that no active cell has as a corner are as those one step nearer: no edge between them changes
   /// sign.
@@ -55,6 +55,16 @@ class Nodes {
   static constexpr std::uint64_t kSquare = 0x303;
   static constexpr std::uint64_t kRows = 0x007F7F7F7F7F7F7F;
   static std::uint64_t spread(std::uint32_t corners) { return (corners & 3) | (corners & 12) << 6; }
+
+  // By slot of a halo: z + 1, and the bit of the cell's corner 0 in its plane.
+  static constexpr auto kPlaces = [] {
+    std::array<std::pair<std::uint8_t, std::uint8_t>, 216> places{};
+    for (std::size_t slot = 0; slot < places.size(); ++slot) {
+      places[slot] = {static_cast<std::uint8_t>(slot / 36),
+                      static_cast<std::uint8_t>(8 * (slot / 6 % 6) + slot % 6)};
+    }
+    return places;
+  }();
 
   std::array<std::uint64_t, 7> known_, inside_;
 };
@@ -109,10 +119,12 @@ void Surroundings::build(std::span<const Cell> cells, const CellIndex& index) {
   std::array<std::size_t, 2> used{};
   Nodes nodes;
   BrickHalo halo;
-  for (const CellIndex::Brick& brick : index.bricks()) {
+  bricks_.build(index);
+  for (std::size_t number = 0; number < index.bricks().size(); ++number) {
+    const CellIndex::Brick& brick = index.bricks()[number];
     nodes.clear();
-    halo.gather(index, brick);
-    halo.forEach([&](int x, int y, int z, std::uint32_t place) { nodes.add(x, y, z, cells[place].corners); });
+    halo.gather(index, bricks_[number]);
+    halo.forEach([&](std::size_t slot, std::uint32_t place) { nodes.add(slot, cells[place].corners); });
     nodes.extend();
     for (std::size_t k = 0; k < 2; ++k) {
       if (colours[k].links.size() < used[k] + 14 * 64) colours[k].links.resize(2 * used[k] + 14 * 64);

@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "lattice/cell_index.h"
+#include "lattice/brick_halo.h"
 
 namespace isoreel {
 
@@ -38,6 +38,9 @@ struct Surroundings {
   /// `cells`: the active cells of a surface in Morton order; `index` is theirs. Keeps its memory from call to
   /// call.
   void build(std::span<const Cell> cells, const CellIndex& index);
+
+ private:
+  BrickHalo::Around bricks_;
 };
 
 }  // namespace isoreel
