@@ -211,7 +211,8 @@ float SurfaceFit::crossing(std::uint32_t i) const {
             fa /= 2;
           }
         }
-        return sign * (a + (b - a) * (fa / (fa - fb)));
+const float height = sign * (a + (b - a) * (fa / (fa - fb)));
+        return std::isfinite(height) ? height : sign * way;
       }
       last[side] = value;
       if (std::abs(value) < least) {

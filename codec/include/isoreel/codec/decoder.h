@@ -17,7 +17,7 @@ struct DecodeOptions {
   /// Take a packet that was cut short, and decode the levels that are whole.
   bool allow_prefix = false;
   /// Refuse packets that say they hold more. A surface takes about 60 bytes a vertex while it is
-  /// decoded, 120 where P packets may follow.
+  /// decoded, 120 where P packets may follow, 180 in profile main.
   std::uint32_t max_vertices = 1u << 27;
 };
 

@@ -84,7 +84,7 @@ class Encoder {
   /// Codes the isosurface of `volume`, whose grid must equal the configuration's in size (placement is not
   /// compared). A P packet is written for a frame whose number follows that of the frame before, within the
   /// GOP limit, when it is smaller than the I packet. Memory beyond the volume: one bit per node and about 50
-  /// bytes per vertex, 1200 with prediction. `sizes` may be null.
+  /// bytes per vertex, 1200 with prediction or in profile main. `sizes` may be null.
   Result<Packet> encode(const Volume& volume, const FrameTiming& timing, PacketSizes* sizes = nullptr);
 
   /// The configuration record that starts every I packet (also what a container stores): the settings' with
