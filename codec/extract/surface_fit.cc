@@ -9,7 +9,8 @@ namespace {
 constexpr std::size_t kPerTask = 4096;
 constexpr float kFarthest = 1.25f;  // that toSurface() looks along the normal, in cells
 constexpr float kProbe = 0.125f;
-constexpr float kReach = 0.25f;    // how far optimise() may move a vertex from the isosurface
+constexpr float kReach =
+    0.2f;  // how far from the isosurface a vertex may be wanted: the distance is linear near it only
 constexpr float kDoubtful = 0.6f;  // a sample that is farther from the isosurface says nothing
 
 }  // namespace
@@ -149,7 +150,8 @@ SurfaceFit::Bowl SurfaceFit::bowl(std::uint32_t i) const {
     slope += c * sample.distance;
   }
   if (curvature < 0.01f) return {start_[i], 0.01f};
-  return {heights_[i] - slope / curvature, curvature};
+  const float best = heights_[i] - slope / curvature;
+  return {std::clamp(best, start_[i] - kReach, start_[i] + kReach), curvature};
 }
 
 void SurfaceFit::set(std::uint32_t i, float height) {
@@ -165,8 +167,7 @@ void SurfaceFit::optimise(int rounds) {
   for (int round = 0; round < rounds; ++round) {
     linearise();
     for (int sweep = 0; sweep < 2; ++sweep) {
-      for (std::uint32_t i = 0; i < heights_.size(); ++i)
-        set(i, std::clamp(bowl(i).best, start_[i] - kReach, start_[i] + kReach));
+      for (std::uint32_t i = 0; i < heights_.size(); ++i) set(i, bowl(i).best);
     }
   }
 }
@@ -211,7 +212,7 @@ float SurfaceFit::crossing(std::uint32_t i) const {
             fa /= 2;
           }
         }
-const float height = sign * (a + (b - a) * (fa / (fa - fb)));
+        const float height = sign * (a + (b - a) * (fa / (fa - fb)));
         return std::isfinite(height) ? height : sign * way;
       }
       last[side] = value;

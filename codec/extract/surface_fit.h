@@ -26,10 +26,11 @@ class SurfaceFit {
   const std::vector<float>& heights() const { return heights_; }
   /// Puts every vertex where its normal meets the isosurface, or comes nearest to it inside the cell.
   void toSurface();
-  /// Moves heights to where the sum of squares is least, but not far from toSurface()'s.
+  /// Moves heights to where the sum of squares is least.
   void optimise(int rounds);
 
-  /// What a vertex's height costs while all others stay: curvature · (height - best)² and a constant.
+  /// What a vertex's height costs while all others stay: curvature · (height - best)² and a constant. `best`
+  /// is not far from toSurface()'s.
   struct Bowl {
     float best = 0;
     float curvature = 0;

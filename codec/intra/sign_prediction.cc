@@ -86,7 +86,8 @@ Lanes normalOf(std::uint64_t signs, std::uint8_t corners) {
     for (std::size_t k = 0; k < 3; ++k) sum.v[k] = static_cast<std::int16_t>(kLocalFrames[corners].normal[k]);
     return sum;
   }
-  // The quotient of these is never so near below a whole number that a double would round up to it; and a double is soon divided.
+  // The quotient of these is never so near below a whole number that a double would round up to it; and a
+  // double is soon divided.
   const auto root = static_cast<double>(squareRoot(std::int64_t{square} << 20));
   const auto inverse = static_cast<std::int64_t>(static_cast<double>(std::int64_t{1} << 40) / root);
   for (std::size_t k = 0; k < 3; ++k) sum.v[k] = static_cast<std::int16_t>((sum.v[k] * inverse) >> 16);
