@@ -20,7 +20,7 @@ namespace {
 constexpr std::uint32_t kTangentialRatio = 3;
 // Where the rate is weighed, many residuals are smaller than the nearest: a finer step makes up for it, at
 // fewer bits.
-constexpr double kWeighedStep = 0.8;
+constexpr double kWeighedStep = 0.7;
 
 }  // namespace
 

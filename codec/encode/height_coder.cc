@@ -18,7 +18,7 @@ constexpr int kFitRounds = 1;
 constexpr int kRatePasses = 2;
 // A bit is worth this many squared steps of one sample; less in even cells, since odd ones are predicted from
 // them.
-constexpr std::array<double, 2> kBitWorth{0.24, 0.6};
+constexpr std::array<double, 2> kBitWorth{0.3, 0.9};
 
 /// Bits of a decision with probability one / 65536 of a 1.
 double cost(std::int32_t one, bool bit) {
