@@ -116,6 +116,7 @@ struct Totals {
   std::uint64_t frames = 0, predicted = 0, vertices = 0;
   PacketSizes sizes;
   double error_squares = 0, error_max = 0;
+  bool measured = false;        // how far vertices moved
   nlohmann::ordered_json list;  // of frames
 
   void add(const Packet& packet, const PacketSizes& bytes) {
@@ -126,6 +127,7 @@ struct Totals {
     sizes.signs += bytes.signs;
     sizes.motion += bytes.motion;
     sizes.vertices += bytes.vertices;
+    measured |= header.error_kind == ErrorKind::kExtracted;
     error_squares += std::pow(static_cast<double>(header.error_rms), 2) * header.vertices;
     error_max = std::max(error_max, static_cast<double>(header.error_max));
     list.push_back({{"number", header.number},
@@ -163,13 +165,13 @@ void printSummary(const EncodeOptions& options, const Totals& totals, std::uint6
   }
   fmt::print("{}: {} ({} predicted), {} vertices, {} bytes in {:.2f} s\n", options.output,
              counted(totals.frames, "frame"), totals.predicted, totals.vertices, bytes, seconds);
-  fmt::print(
-      "  {:.2f} bits a vertex: {:.2f} signs, {:.2f} motion, {:.2f} positions; vertices moved {:.4f} cells "
-      "RMS, at "
-      "most {:.4f}\n",
-      share(bytes), share(totals.sizes.signs), share(totals.sizes.motion), share(totals.sizes.vertices),
-      totals.vertices == 0 ? 0.0 : std::sqrt(totals.error_squares / static_cast<double>(totals.vertices)),
-      totals.error_max);
+  const double error =
+      totals.vertices == 0 ? 0.0 : std::sqrt(totals.error_squares / static_cast<double>(totals.vertices));
+  fmt::print("  {:.2f} bits a vertex: {:.2f} signs, {:.2f} motion, {:.2f} positions{}\n", share(bytes),
+             share(totals.sizes.signs), share(totals.sizes.motion), share(totals.sizes.vertices),
+             totals.measured
+                 ? fmt::format("; vertices moved {:.4f} cells RMS, at most {:.4f}", error, totals.error_max)
+                 : "");
 }
 
 /// Before volumes are looked at: the writer checks again, and that nothing else writes the part.
