@@ -51,16 +51,19 @@ inline Lanes meanAround(const std::vector<Lanes>& points, const std::array<std::
 constexpr auto kSums = [] {
   std::array<std::array<Lanes, 256>, 8> sums{};
   for (int byte = 0; byte < 8; ++byte) {
-    for (int value = 0; value < 256; ++value) {
-      for (int bit = 0; bit < 8; ++bit) {
-        const int node = 8 * byte + bit;
-        const std::array<int, 3> twice{2 * (node & 3) - 3, 2 * (node >> 2 & 3) - 3, 2 * (node >> 4) - 3};
-        const int far = (twice[0] * twice[0] > 1) + (twice[1] * twice[1] > 1) + (twice[2] * twice[2] > 1);
-        const int weight = std::array<int, 4>{44, 16, 6, 2}[static_cast<std::size_t>(far)];
-        const int sign = (value >> bit & 1) != 0 ? -weight : weight;
-        auto& lanes = sums[static_cast<std::size_t>(byte)][static_cast<std::size_t>(value)].v;
-        for (std::size_t k = 0; k < 3; ++k) lanes[k] = static_cast<std::int16_t>(lanes[k] + sign * twice[k]);
-        lanes[3] = static_cast<std::int16_t>(lanes[3] + sign);
+    auto& of = sums[static_cast<std::size_t>(byte)];
+    for (int bit = 0; bit < 8; ++bit) {
+      const int node = 8 * byte + bit;
+      const std::array<int, 4> parts{2 * (node & 3) - 3, 2 * (node >> 2 & 3) - 3, 2 * (node >> 4) - 3, 1};
+      const int far = (parts[0] * parts[0] > 1) + (parts[1] * parts[1] > 1) + (parts[2] * parts[2] > 1);
+      const int weight = std::array<int, 4>{44, 16, 6, 2}[static_cast<std::size_t>(far)];
+      const std::size_t inside = std::size_t{1} << bit;
+      for (std::size_t others = 0; others < inside; ++others) {
+        for (std::size_t k = 0; k < 4; ++k) {
+          const int before = of[others].v[k], part = weight * parts[k];
+          of[others].v[k] = static_cast<std::int16_t>(before + part);
+          of[others | inside].v[k] = static_cast<std::int16_t>(before - part);
+        }
       }
     }
   }
