@@ -191,7 +191,6 @@ void acceptAll(Vectors& vectors) {
   vectors.accept("main_sphere_cut", "profile main, a surface that is open at the grid's border",
                  mainPacketOf("sphere_cut"));
   vectors.accept("main_fine_step", "profile main, step 1", mainPacketOf("torus", 1));
-  vectors.accept("main_coarse_step", "profile main, a step of 0.8 cells", mainPacketOf("gyroid", kCell));
   HeightSettings plain;
   plain.neighbours = plain.mixed_signs = false;
   vectors.accept("main_without_tools", "profile main, tools 0",
@@ -200,8 +199,6 @@ void acceptAll(Vectors& vectors) {
       "main_wild",
       "profile main: weights from -1023 to 1023, residuals up to 65537, heights that leave their cells",
       made::wildHeights(made::named("torus"), 7, 65537, 6));
-  vectors.accept("main_wild_noise", "profile main: the same on noise, residuals up to 4",
-                 made::wildHeights(made::named("noise_20x33x7"), 300, 4, 7));
 }
 
 void rejectAll(Vectors& vectors) {
