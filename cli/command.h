@@ -22,6 +22,13 @@ void addInfoCommand(CLI::App& app, Action& chosen);
 void addVerifyCommand(CLI::App& app, Action& chosen);
 void addCompareCommand(CLI::App& app, Action& chosen);
 void addRenderCommand(CLI::App& app, Action& chosen);
+void addTrimCommand(CLI::App& app, Action& chosen);
+void addConcatCommand(CLI::App& app, Action& chosen);
+void addRepairCommand(CLI::App& app, Action& chosen);
+void addTagCommand(CLI::App& app, Action& chosen);
+void addChapterCommand(CLI::App& app, Action& chosen);
+void addAttachCommand(CLI::App& app, Action& chosen);
+void addExtractCommand(CLI::App& app, Action& chosen);
 void addDemoCommand(CLI::App& app, Action& chosen);
 
 /// Runs a command line as `main` would ("encode", "-o", …), for the demo. Returns its exit code.

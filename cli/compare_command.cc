@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "command.h"
+#include "frame_range.h"
 #include "input.h"
 #include "options.h"
 #include "output.h"
@@ -21,6 +22,7 @@ using Json = nlohmann::ordered_json;
 
 struct CompareOptions {
   std::string input;
+  std::string track;
   VolumeInput volumes;
   std::string frames;
   VertexPlacement placement = VertexPlacement::kQef;
@@ -60,7 +62,7 @@ Json bothWays(const inspect::SurfaceDistance& d) {
 }
 
 Status compare(const CompareOptions& options) {
-  ISOREEL_ASSIGN(const Input input, openInput(options.input));
+  ISOREEL_ASSIGN(const Input input, openInput(options.input, options.track));
   ISOREEL_ASSIGN(const std::unique_ptr<io::VolumeSequence> volumes,
                  io::openVolumes(options.volumes.paths, options.volumes.options));
   warnOfDamage(input.info, options.input);
@@ -74,11 +76,11 @@ Status compare(const CompareOptions& options) {
     return {ErrorCode::kInvalidArgument,
             fmt::format("the grid of {} is not that of {}", volumes->name(0), options.input)};
   }
-  const FrameRange range = parseFrames(options.frames, count);
+  const FrameRange range = parseFrames(options.frames, timelineOf(*input.packets, input.info.time_base));
   const ThreadLimit limit(options.jobs);
   const Inside inside = input.configuration.inside;
   Progress progress("compare", range.size());
-  Player player(*input.packets);
+  Player player(*input.packets, 0);  // forward only: nothing is asked for again
   std::uint64_t next = range.begin;
   Mean volume_mean, extracted_mean;
   Json frames = Json::array();
@@ -147,8 +149,7 @@ void addCompareCommand(CLI::App& app, Action& chosen) {
   const auto options = std::make_shared<CompareOptions>();
   verb->add_option("file", options->input, "The .isr file; - for standard input")->required();
   options->volumes.add(*verb);
-  verb->add_option("--frames", options->frames,
-                   "Only the frames A:B (half-open), A:, :B or A (default: all)");
+  verb->add_option("--frames", options->frames, kFramesHelp);
   verb->add_option_function<std::string>(
           "--vertex",
           [options = options.get()](const std::string& text) {
@@ -162,6 +163,7 @@ void addCompareCommand(CLI::App& app, Action& chosen) {
   verb->add_option("--jobs", options->jobs, "Threads, and frames under way at once; 0: one a core")
       ->check(CLI::Range(0, 256));
   verb->add_flag("--json", options->json, "One JSON object");
+  addTrackOption(*verb, options->track);
   verb->callback([options, &chosen] { chosen = [options] { return compare(*options); }; });
 }
 

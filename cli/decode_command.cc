@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "command.h"
+#include "frame_range.h"
 #include "gop.h"
 #include "input.h"
 #include "options.h"
@@ -22,6 +23,8 @@ namespace {
 
 struct DecodeCommandOptions {
   std::string input;
+  std::string track;
+  bool follow = false;
   std::string output;
   std::string frames;
   std::optional<int> level;
@@ -38,20 +41,28 @@ class ChosenFrames {
  public:
   static Result<ChosenFrames> open(const DecodeCommandOptions& options) {
     ChosenFrames result;
-    ISOREEL_ASSIGN(std::unique_ptr<ByteSource> source, openFile(options.input));
+    ISOREEL_ASSIGN(std::unique_ptr<ByteSource> source,
+                   options.follow ? followFile(options.input, [] { return interrupted.load(); })
+                                  : openFile(options.input));
     if (source->seekable()) {
-      ISOREEL_ASSIGN(result.reader_, Reader::open(std::move(source)));
+      ISOREEL_ASSIGN(result.reader_, Reader::open(std::move(source), options.track));
       warnOfDamage(result.reader_->info(), options.input);
-      result.range_ = parseFrames(options.frames, result.reader_->frameCount());
+      result.range_ =
+          parseFrames(options.frames, timelineOf(*result.reader_, result.reader_->info().time_base));
       result.total_ = result.range_.size();
-      result.next_ = result.range_.begin;
       if (result.range_.size() > 0) {
-        const FrameHeader& first = result.reader_->header(result.range_.begin);
-        result.next_ -= std::min(first.number - first.key, result.next_);
+        const Reader& reader = *result.reader_;
+        const std::uint64_t first = reader.entryOf(result.range_.begin);
+        const Result<std::uint64_t> key = keyEntry(reader, result.range_.begin);
+        result.next_ = key.ok() ? *key : first;  // the decoder says what is missing
+        result.end_ = reader.entryOf(result.range_.end - 1) + 1;
+        result.reader_->willRead(result.next_, result.end_);
+        result.first_number_ = reader.header(result.range_.begin).number;
       }
     } else {
-      ISOREEL_ASSIGN(result.stream_, StreamReader::open(std::move(source)));
-      result.range_ = parseFrames(options.frames, kUnknownEnd);
+      ISOREEL_ASSIGN(result.stream_, StreamReader::open(std::move(source), options.track));
+      result.range_ = parseFrames(options.frames, {.count = kUnknownEnd, .base = {}, .time = {}});
+      result.first_number_ = result.range_.begin;
       if (result.range_.end != kUnknownEnd) result.total_ = result.range_.size();
     }
     return result;
@@ -66,14 +77,14 @@ class ChosenFrames {
   }
 
   /// Whether a frame is one of the chosen, and not only needed by them.
-  bool chosen(std::uint64_t number) const { return number >= range_.begin; }
+  bool chosen(const FrameHeader& header) const { return !header.hidden() && header.number >= first_number_; }
 
   /// False when there are no more.
   Result<bool> next(Packet& packet) {
     if (reader_) {
-      if (next_ >= range_.end) return false;
-      packet.header = reader_->header(next_);
-      ISOREEL_ASSIGN(packet.data, reader_->packet(next_++));
+      if (next_ >= end_) return false;
+      packet.header = reader_->entryHeader(next_);
+      ISOREEL_ASSIGN(packet.data, reader_->entryPacket(next_++));
       return true;
     }
     for (;;) {
@@ -85,7 +96,7 @@ class ChosenFrames {
                             counted(next_, "frame"))};
       }
       if (!read) return false;
-      ++next_;
+      if (!read->header.hidden()) ++next_;
       packet = *std::move(read);
       return true;
     }
@@ -97,7 +108,8 @@ class ChosenFrames {
   std::unique_ptr<Reader> reader_;
   std::unique_ptr<StreamReader> stream_;
   FrameRange range_;
-  std::uint64_t next_ = 0;
+  std::uint64_t next_ = 0, end_ = 0;  // of a file, entries; of a pipe, frames that came
+  std::uint64_t first_number_ = 0;    // of those chosen
   std::optional<std::uint64_t> total_;
 };
 
@@ -185,7 +197,7 @@ Status decode(const DecodeCommandOptions& options) {
       Result<Surface> surface =
           decoders.local().decode(packet.data, codecOptions(options, item.gop.packets.front().data));
       if (!surface) return surface.status().at(fmt::format("{}: frame {}", options.input, header.number));
-      if (!frames->chosen(header.number)) continue;
+      if (!frames->chosen(header)) continue;
       DecodeItem::Written written{header, {}, surface->vertices.size(), surface->quads.size()};
       if (!options.discard) {
         written.path = frameName(options.output, header.number);
@@ -240,8 +252,7 @@ void addDecodeCommand(CLI::App& app, Action& chosen) {
                   ".vtp gets an index with its times for ParaView: out/splash_%05d.vtp makes "
                   "out/splash.pvd, out/%05d.vtp out/frames.pvd",
                   fmt::join(io::meshExtensions(), " ")));
-  verb->add_option("--frames", options->frames,
-                   "Only the frames A:B (half-open), A:, :B or A (default: all)");
+  verb->add_option("--frames", options->frames, kFramesHelp);
   verb->add_option(
       "--level", options->level,
       "Coarser surface: octree level from the root (0), or from the finest (-1: cells twice as large)");
@@ -252,6 +263,9 @@ void addDecodeCommand(CLI::App& app, Action& chosen) {
       ->check(CLI::Range(0, 256));
   verb->add_flag("--force", options->force, "Replace meshes that are there already");
   verb->add_flag("--json", options->json, "End with the totals as one JSON object");
+  verb->add_flag("--follow", options->follow,
+                 "Go on while the file is being written, GOP by GOP, until its writer finishes");
+  addTrackOption(*verb, options->track);
   verb->callback([options, &chosen] { chosen = [options] { return decode(*options); }; });
 }
 

@@ -47,7 +47,7 @@ struct MeshBytes {
 };
 Result<MeshBytes> measureMeshes(const fs::path& file, const fs::path& folder) {
   ISOREEL_ASSIGN(const std::unique_ptr<Reader> reader, Reader::open(file));
-  Player player(*reader);
+  Player player(*reader, 0);
   MeshBytes total;
   const fs::path mesh = folder / "measured.ply";
   for (std::uint64_t i = 0; i < player.frameCount(); ++i) {
@@ -79,6 +79,10 @@ Status demo(const std::string& output) {
   const std::string middle = fmt::format("{}", reader->frameCount() / 2);
   ISOREEL_TRY(step("Seek to a frame and write its mesh.", {"decode", file, "--frames", middle, "-o",
                                                            (folder / "frame_%05d.ply").string(), "--force"}));
+  const std::string clip = (folder / "clip.isr").string();
+  ISOREEL_TRY(step("Cut a clip out, packets bit for bit, and check it.",
+                   {"trim", file, "-o", clip, "--from", middle, "--force"}));
+  ISOREEL_TRY(step("It plays by itself.", {"verify", clip}));
   ISOREEL_TRY(step("How far are the decoded surfaces from the data?",
                    {"compare", file, data.string(), "--samples", "50000"}));
   ISOREEL_TRY(step("A picture of that frame.",

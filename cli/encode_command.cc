@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <fmt/format.h>
 #include <isoreel/codec/encoder.h>
-#include <isoreel/container/writer.h>
 
 #include <bit>
 #include <cmath>
@@ -10,10 +9,14 @@
 #include <nlohmann/json.hpp>
 
 #include "command.h"
+#include "encode_target.h"
+#include "frame_range.h"
+#include "metadata.h"
 #include "options.h"
 #include "output.h"
 #include "parallel.h"
 #include "progress.h"
+#include "shards.h"
 #include "volume_input.h"
 
 namespace isoreel::cli {
@@ -26,8 +29,9 @@ const std::map<std::string, Inside> kInside{{"below", Inside::kBelow}, {"above",
 
 struct EncodeOptions {
   VolumeInput volumes;
-  std::string output;
+  TargetOptions target;
   std::string isovalues;
+  std::vector<std::string> tracks;  // NAME=ISO, where there are several
   std::optional<Inside> inside;
   std::string step = "1/16";
   std::string fps;  // "" for the volumes' own times, or else 25
@@ -42,14 +46,14 @@ struct EncodeOptions {
   bool registration = true;
   VertexPlacement placement = VertexPlacement::kQef;
   int jobs = 0;
-  bool force = false;
   bool json = false;
   std::vector<std::string> tags;
 };
 
-/// One GOP on its way through the encoder: frames [begin, end) of the volumes or isovalues.
+/// One GOP of a track on its way through the encoder: frames [begin, end) of the volumes or isovalues.
 struct EncodeItem {
   std::uint64_t begin = 0, end = 0;
+  std::size_t track = 0;
   struct Frame {
     Packet packet;
     PacketSizes sizes;
@@ -67,19 +71,42 @@ std::uint32_t stepUnits(const std::string& text) {
 }
 
 /// The isovalue of every frame: one for all, one each, or one volume at several.
-std::vector<double> frameIsovalues(const EncodeOptions& options, const io::VolumeSequence& volumes) {
-  if (options.isovalues.empty() && !volumes.levelSet()) {
-    throw CLI::ValidationError("--iso", "is required: these volumes do not say that they are level sets");
+std::vector<double> frameIsovalues(const std::string& option, const std::string& text,
+                                   const io::VolumeSequence& volumes) {
+  if (text.empty() && !volumes.levelSet()) {
+    throw CLI::ValidationError(option, "is required: these volumes do not say that they are level sets");
   }
-  std::vector<double> values =
-      options.isovalues.empty() ? std::vector<double>{0.0} : parseNumbers("--iso", options.isovalues);
+  std::vector<double> values = text.empty() ? std::vector<double>{0.0} : parseNumbers(option, text);
   if (values.size() == 1) values.assign(volumes.size(), values[0]);
   if (values.size() != volumes.size() && volumes.size() != 1) {
     throw CLI::ValidationError(
-        "--iso", fmt::format("{} values for {} volumes: give one, one each, or several for a single volume",
-                             values.size(), volumes.size()));
+        option, fmt::format("{} values for {} volumes: give one, one each, or several for a single volume",
+                            values.size(), volumes.size()));
   }
   return values;
+}
+
+/// The tracks that are asked for, and the isovalues of each one's frames.
+std::vector<std::vector<double>> trackIsovalues(const EncodeOptions& options,
+                                                const io::VolumeSequence& volumes,
+                                                std::vector<TargetTrack>& tracks) {
+  if (options.tracks.empty()) {
+    tracks.resize(1);
+    return {frameIsovalues("--iso", options.isovalues, volumes)};
+  }
+  std::vector<std::vector<double>> isovalues;
+  for (const std::string& text : options.tracks) {
+    const std::size_t equals = text.find('=');
+    if (equals == std::string::npos || equals == 0)
+      throw CLI::ValidationError("--track", fmt::format("'{}' is not NAME=ISO", text));
+    TargetTrack& track = tracks.emplace_back();
+    track.name = text.substr(0, equals);
+    track.id = tracks.size() - 1;
+    isovalues.push_back(frameIsovalues("--track", text.substr(equals + 1), volumes));
+    if (isovalues.back().size() != isovalues.front().size())
+      throw CLI::ValidationError("--track", "tracks have different numbers of frames");
+  }
+  return isovalues;
 }
 
 /// Times as --times, --fps or the volumes' files say, in that order.
@@ -94,8 +121,8 @@ FrameTimes frameTimes(const EncodeOptions& options, const io::VolumeSequence& vo
   return times ? *times : constantRate("25", frames);
 }
 
-std::string tagsJson(const EncodeOptions& options) {
-  nlohmann::ordered_json tags;
+std::string tagsJson(const EncodeOptions& options, const std::optional<Shard>& shard) {
+  Json tags;
   tags["software"] = "isoreel " ISOREEL_VERSION;
   std::vector<std::string> names;
   for (const std::string& path : options.volumes.paths)
@@ -109,7 +136,8 @@ std::string tagsJson(const EncodeOptions& options) {
       throw CLI::ValidationError("--tag", fmt::format("'{}' is not KEY=VALUE", tag));
     tags[tag.substr(0, equals)] = tag.substr(equals + 1);
   }
-  return tags.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  if (shard) tags["shard"] = shardTag(*shard);
+  return dumped(tags);
 }
 
 struct Totals {
@@ -119,7 +147,7 @@ struct Totals {
   bool measured = false;        // how far vertices moved
   nlohmann::ordered_json list;  // of frames
 
-  void add(const Packet& packet, const PacketSizes& bytes) {
+  void add(const Packet& packet, const PacketSizes& bytes, const std::string& track) {
     const FrameHeader& header = packet.header;
     ++frames;
     predicted += header.type == PacketType::kPredicted;
@@ -139,10 +167,12 @@ struct Totals {
                       {"motion", bytes.motion},
                       {"vertices", bytes.vertices},
                       {"other", bytes.other}}}});
+    if (!track.empty()) list.back()["track"] = track;
   }
 };
 
 void printSummary(const EncodeOptions& options, const Totals& totals, std::uint64_t bytes, double seconds) {
+  std::FILE* const out = options.target.output == "-" ? stderr : stdout;
   const auto share = [&](std::uint64_t part) {
     return totals.vertices == 0 ? 0.0
                                 : 8.0 * static_cast<double>(part) / static_cast<double>(totals.vertices);
@@ -160,44 +190,43 @@ void printSummary(const EncodeOptions& options, const Totals& totals, std::uint6
                                         {"predicted_frames", totals.predicted},
                                         {"frame_list", totals.list},
                                         {"seconds", seconds}};
-    fmt::print("{}\n", result.dump());
+    fmt::print(out, "{}\n", result.dump());
     return;
   }
-  fmt::print("{}: {} ({} predicted), {} vertices, {} bytes in {:.2f} s\n", options.output,
+  fmt::print(out, "{}: {} ({} predicted), {} vertices, {} bytes in {:.2f} s\n",
+             options.target.output == "-" ? "standard output" : options.target.output,
              counted(totals.frames, "frame"), totals.predicted, totals.vertices, bytes, seconds);
   const double error =
       totals.vertices == 0 ? 0.0 : std::sqrt(totals.error_squares / static_cast<double>(totals.vertices));
-  fmt::print("  {:.2f} bits a vertex: {:.2f} signs, {:.2f} motion, {:.2f} positions{}\n", share(bytes),
+  fmt::print(out, "  {:.2f} bits a vertex: {:.2f} signs, {:.2f} motion, {:.2f} positions{}\n", share(bytes),
              share(totals.sizes.signs), share(totals.sizes.motion), share(totals.sizes.vertices),
              totals.measured
                  ? fmt::format("; vertices moved {:.4f} cells RMS, at most {:.4f}", error, totals.error_max)
                  : "");
 }
 
-/// Before volumes are looked at: the writer checks again, and that nothing else writes the part.
-Status mayStart(const EncodeOptions& options) {
-  ISOREEL_TRY(mayWrite(options.output, options.force));
-  const std::string part = options.output + ".part";
-  std::error_code ignored;
-  if (options.force || !std::filesystem::exists(part, ignored)) return {};
-  return {ErrorCode::kIo,
-          part + ": is there already, of an encode that is at work or did not finish (--force replaces it)"};
-}
-
 Status encode(const EncodeOptions& options) {
   const Stopwatch watch;
-  if (options.output.empty()) throw CLI::ValidationError("--output", "is empty");
-  ISOREEL_TRY(mayStart(options));
   if (options.profile == Profile::kMain && options.frame_types == FrameTypes::kAuto && options.gop > 1)
     throw CLI::ValidationError("--profile",
                                "main has frames that decode alone only, as yet: add --frame-types intra");
+  ISOREEL_TRY(EncodeTarget::mayStart(options.target));
   const std::uint32_t step = stepUnits(options.step);
-  const std::string tags = tagsJson(options);
   ISOREEL_ASSIGN(const std::unique_ptr<io::VolumeSequence> volumes,
                  io::openVolumes(options.volumes.paths, options.volumes.options));
-  const std::vector<double> isovalues = frameIsovalues(options, *volumes);
-  const FrameTimes times = frameTimes(options, *volumes, isovalues.size());
-  const FrameRange range = parseFrames(options.frames, isovalues.size());
+  std::vector<TargetTrack> tracks;
+  const std::vector<std::vector<double>> isovalues = trackIsovalues(options, *volumes, tracks);
+  const std::uint64_t frames = isovalues.front().size();
+  FrameTimes times = frameTimes(options, *volumes, isovalues.front().size());
+  const FrameRange range = parseFrames(options.frames, {frames, times.base, [&](std::uint64_t frame) {
+                                                          return times.times[static_cast<std::size_t>(frame)];
+                                                        }});
+  std::optional<Shard> shard;
+  if (range.size() < frames && !options.target.append)
+    shard = Shard{range.begin, range.end, frames, options.gop};
+  const std::string tags = tagsJson(options, shard);
+  EncodeTarget target;
+  ISOREEL_TRY(target.open(options.target, tracks, times, static_cast<std::size_t>(range.begin)));
 
   EncoderSettings settings;
   settings.configuration.profile = options.profile;
@@ -220,16 +249,17 @@ Status encode(const EncodeOptions& options) {
   settings.non_finite = options.volumes.non_finite;
   settings.parallel = parallelFor;
   ISOREEL_ASSIGN(const Encoder probe, Encoder::create(settings));
-  ISOREEL_ASSIGN(const std::unique_ptr<Writer> writer,
-                 Writer::create(options.output, {.time_base = times.base,
-                                                 .track_name = "",
-                                                 .configuration = probe.configurationRecord(),
-                                                 .tags = tags,
-                                                 .overwrite = options.force}));
+  if (Status begun = target.begin(settings.configuration, probe.configurationRecord(), tracks, tags,
+                                  !options.tags.empty());
+      !begun.ok()) {
+    target.giveUp(0);
+    return begun;
+  }
   const ThreadLimit limit(options.jobs);
-  Progress progress("encode", range.size());
+  Progress progress("encode", range.size() * tracks.size());
   Totals totals;
   std::uint64_t next = range.begin;
+  std::size_t next_track = 0;
   std::mutex reading;
   std::shared_ptr<const Volume> only;  // the single volume of a sequence over isovalues
   const auto volumeAt = [&](std::size_t index) -> Result<std::shared_ptr<const Volume>> {
@@ -240,28 +270,39 @@ Status encode(const EncodeOptions& options) {
     if (volumes->size() == 1) only = shared;
     return shared;
   };
-  const auto encodeFrame = [&](Encoder& encoder, std::size_t frame) -> Result<EncodeItem::Frame> {
+  const auto encodeFrame = [&](Encoder& encoder, std::size_t track,
+                               std::size_t frame) -> Result<EncodeItem::Frame> {
     const std::size_t index = volumes->size() == 1 ? 0 : frame;
     ISOREEL_ASSIGN(const std::shared_ptr<const Volume> volume, volumeAt(index));
-    const FrameTiming timing{frame - range.begin, times.times[frame], times.durations[frame],
-                             isovalues[frame]};
+    const std::uint64_t number = tracks[track].number + frame - range.begin;
+    // The packets of a shard have the numbers that a whole encode gives them.
+    const FrameTiming timing{shard ? frame : number, times.times[frame], times.durations[frame],
+                             isovalues[track][frame]};
     EncodeItem::Frame result;
     Result<Packet> packet = encoder.encode(*volume, timing, &result.sizes);
     if (!packet) return packet.status().at(volumes->name(index));
     result.packet = *std::move(packet);
+    result.packet.header.number = number;
     return result;
   };
-  // GOPs are closed: each has an encoder of its own.
+  // GOPs are closed: each has an encoder of its own. They begin where those of a whole encode do. Those of
+  // several tracks take turns.
   const auto begin = [&](EncodeItem& item) -> Result<bool> {
     item.begin = next;
-    item.end = next = std::min<std::uint64_t>(next + options.gop, range.end);
+    item.end = std::min<std::uint64_t>(next - next % options.gop + options.gop, range.end);
+    item.track = next_track++;
+    if (next_track == tracks.size()) {
+      next_track = 0;
+      next = item.end;
+    }
     return item.begin < item.end;
   };
   const auto work = [&](EncodeItem& item) -> Status {
     ISOREEL_ASSIGN(Encoder encoder, Encoder::create(settings));
     for (std::uint64_t frame = item.begin; frame < item.end; ++frame) {
-      Result<EncodeItem::Frame> coded = interrupted ? Result<EncodeItem::Frame>(ErrorCode::kIo, "interrupted")
-                                                    : encodeFrame(encoder, static_cast<std::size_t>(frame));
+      Result<EncodeItem::Frame> coded =
+          interrupted ? Result<EncodeItem::Frame>(ErrorCode::kIo, "interrupted")
+                      : encodeFrame(encoder, item.track, static_cast<std::size_t>(frame));
       if (!coded) {
         item.status = coded.status();
         return {};
@@ -272,25 +313,21 @@ Status encode(const EncodeOptions& options) {
   };
   const auto write = [&](EncodeItem& item) -> Status {
     for (const EncodeItem::Frame& frame : item.frames) {
-      ISOREEL_TRY(writer->write(frame.packet));
-      totals.add(frame.packet, frame.sizes);
+      ISOREEL_TRY(target.writer().write(frame.packet, tracks[item.track].id));
+      totals.add(frame.packet, frame.sizes, tracks[item.track].name);
       progress.advance();
     }
+    ISOREEL_TRY(target.writer().endGop());
     return item.status;
   };
   Status status = forEachFrame<EncodeItem>(options.jobs, begin, work, write);
-  if (status.ok() && totals.frames < range.size()) status = Status(ErrorCode::kIo, "interrupted");
-  if (!status.ok()) {
-    if (totals.frames == 0) {
-      writer->discard();
-      return status;
-    }
-    return {status.error().code, fmt::format("{} (what was done before, {}, is in {}.part)", status.message(),
-                                             counted(totals.frames, "frame"), options.output)};
-  }
-  ISOREEL_TRY(writer->finish());
+  if (status.ok() && totals.frames < range.size() * tracks.size())
+    status = Status(ErrorCode::kIo, "interrupted");
+  if (!status.ok())
+    return {status.error().code, std::string(status.message()) + target.giveUp(totals.frames)};
+  ISOREEL_TRY(target.finish());
   progress.clear();
-  printSummary(options, totals, writer->bytesWritten(), watch.seconds());
+  printSummary(options, totals, target.bytesAdded(), watch.seconds());
   return {};
 }
 
@@ -300,9 +337,26 @@ void addEncodeCommand(CLI::App& app, Action& chosen) {
   CLI::App* verb = app.add_subcommand("encode", "Code the isosurfaces of volumes into an .isr file");
   const auto options = std::make_shared<EncodeOptions>();
   options->volumes.add(*verb);
-  verb->add_option("-o,--output", options->output, "The .isr file to write")->required();
-  verb->add_option("--iso", options->isovalues,
-                   "Isovalue, or one a frame: V,V,… (default: 0 for level sets)");
+  verb->add_option("-o,--output", options->target.output,
+                   "The .isr file to write; - for standard output, where it can be played as it comes")
+      ->required();
+  CLI::Option* iso = verb->add_option("--iso", options->isovalues,
+                                      "Isovalue, or one a frame: V,V,… (default: 0 for level sets)");
+  verb->add_option("--track", options->tracks,
+                   "NAME=ISO, once for each of several isosurfaces of the same volumes: tracks of one file")
+      ->take_all()
+      ->default_str("")
+      ->excludes(iso);
+  verb->add_flag(
+      "--append", options->target.append,
+      "Continue the output, a finished file (or one whose writer was killed), behind its last frame");
+  verb->add_option("--sync", options->target.sync,
+                   "When to flush to disk what survives a loss of power: at the end, or after each GOP")
+      ->check(CLI::IsMember({"none", "gop"}));
+  verb->add_option(
+          "--parity", options->target.parity,
+          "Percent of parity, by which 'isoreel repair' restores damage of up to that part of a GOP; 0: none")
+      ->check(CLI::Range(0, 100));
   verb->add_option_function<std::string>(
           "--inside",
           [options = options.get()](const std::string& text) {
@@ -357,14 +411,13 @@ void addEncodeCommand(CLI::App& app, Action& chosen) {
           ->default_str("25");
   verb->add_option("--times", options->times, "File with the time of each frame in seconds, one a line")
       ->excludes(fps);
-  verb->add_option("--frames", options->frames,
-                   "Only the frames A:B (half-open), A:, :B or A (default: all)");
+  verb->add_option("--frames", options->frames, kFramesHelp);
   verb->add_option("--tag", options->tags, "Metadata KEY=VALUE; may be repeated")
       ->take_all()
       ->default_str("");
   verb->add_option("--jobs", options->jobs, "Threads, and frames under way at once; 0: one a core")
       ->check(CLI::Range(0, 256));
-  verb->add_flag("--force", options->force, "Replace the output when it is there already");
+  verb->add_flag("--force", options->target.force, "Replace the output when it is there already");
   verb->add_flag("--json", options->json, "End with the totals as one JSON object");
   verb->callback([options, &chosen] { chosen = [options] { return encode(*options); }; });
 }

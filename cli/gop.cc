@@ -15,7 +15,7 @@ Result<bool> GopSource::next(Gop& gop) {
       break;
     }
     if (!*more) break;
-    if (!gop.packets.empty() && packet.header.key != gop.packets[0].header.key) {
+    if (!gop.packets.empty() && packet.header.back != gop.packets.back().header.back + 1) {
       ahead_ = std::move(packet);
       return true;
     }

@@ -1,32 +1,31 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <fmt/format.h>
-#include <isoreel/codec/packet_header.h>
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
+#include <filesystem>
 
 #include "command.h"
+#include "facts.h"
 #include "input.h"
+#include "metadata.h"
+#include "output.h"
+#include "packet_list.h"
 
 namespace isoreel::cli {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
-/// Names of files may be no UTF-8.
-std::string dumped(const Json& json, int indent = -1) {
-  return json.dump(indent, ' ', false, Json::error_handler_t::replace);
-}
-
 struct InfoOptions {
   std::string input;
+  std::string track;
   bool json = false;
   bool frames = false;
   bool packets = false;
+  int jobs = 0;
+  bool events = false;
+  std::string plot;
+  bool force = false;
 };
-
-const char* typeName(PacketType type) { return type == PacketType::kIntra ? "I" : "P"; }
 
 std::string hashText(std::uint64_t hash) { return fmt::format("{:016x}", hash); }
 
@@ -35,15 +34,22 @@ Vec3d corner(const Grid& grid, const std::array<std::uint32_t, 3>& position) {
       Vec3d{position[0] / double{kCell}, position[1] / double{kCell}, position[2] / double{kCell}});
 }
 
-Json frameJson(const FrameHeader& h, const Configuration& c) {
+Json frameJson(const Input& input, std::uint64_t frame) {
+  const PacketSource& packets = *input.packets;
+  const Configuration& c = input.configuration;
+  const TimeBase base = input.info.time_base;
+  const FrameHeader& h = packets.header(frame);
+  Json key = nullptr;  // a packet on the way to it is lost
+  if (const auto entry = keyEntry(packets, frame); entry.ok()) key = packets.entryHeader(*entry).number;
   static constexpr std::array<const char*, 3> kKinds{"none", "extracted", "volume"};
   Json box = nullptr;
   if (h.faces > 0) box = {{"min", corner(c.grid, h.box_min)}, {"max", corner(c.grid, h.box_max)}};
   return {{"number", h.number},
-          {"time", c.time_base.seconds(h.time)},
-          {"duration", c.time_base.seconds(h.duration)},
+          {"time", base.seconds(h.time)},
+          {"duration", base.seconds(h.duration)},
           {"type", typeName(h.type)},
-          {"key", h.key},
+          {"key", key},
+          {"bytes", packets.entryBytes(packets.entryOf(frame))},
           {"isovalue", h.isovalue},
           {"vertices", h.vertices},
           {"faces", h.faces},
@@ -59,37 +65,11 @@ Json frameJson(const FrameHeader& h, const Configuration& c) {
           {"hash", hashText(h.surface_hash)}};
 }
 
-Json packetJson(const PacketHeader& header, std::size_t bytes) {
-  Json sections = Json::array();
-  for (const Section& s : header.sections) {
-    static constexpr std::array<const char*, 5> kNames{"?", "signs", "leaves", "motion", "vertices"};
-    sections.push_back({{"kind", s.kind < kNames.size() ? kNames[s.kind] : "unknown"},
-                        {"level", s.level},
-                        {"bytes", s.bytes}});
-  }
-  return {{"number", header.number},
-          {"type", typeName(header.type)},
-          {"bytes", bytes},
-          {"references", header.references},
-          {"step", header.step / double{kCell}},
-          {"tangential_step", header.tangential_step / double{kCell}},
-          {"sections", sections}};
-}
-
-/// The tags, or null when they are no JSON. What is nested deeper than anyone writes is left out: printing
-/// recurses.
-Json tagsOf(const FileInfo& info) {
-  const auto keep = [](int depth, Json::parse_event_t, Json&) { return depth < 64; };
-  Json tags = Json::parse(info.tags, keep, false);
-  return tags.is_discarded() ? Json(nullptr) : tags;
-}
-
-/// Tags come from anywhere: a terminal must not obey what is in them.
-std::string printable(const Json& value) {
-  const std::string text = value.is_string() ? value.get<std::string>() : "";
-  const bool plain =
-      std::none_of(text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; });
-  return value.is_string() && plain ? text : dumped(value);
+Json tracksJson(const FileInfo& info) {
+  Json tracks = Json::array();
+  for (const TrackInfo& track : info.tracks)
+    tracks.push_back({{"id", track.id}, {"name", track.name}, {"frames", track.frames}});
+  return tracks;
 }
 
 Json fileJson(const Input& input) {
@@ -101,8 +81,8 @@ Json fileJson(const Input& input) {
   if (packets.frameCount() > 0) {
     const FrameHeader &first = packets.header(0), &last = packets.header(packets.frameCount() - 1);
     // Subtracted as seconds: ticks of a hostile file may overflow.
-    seconds =
-        c.time_base.seconds(last.time) + c.time_base.seconds(last.duration) - c.time_base.seconds(first.time);
+    const TimeBase base = input.info.time_base;
+    seconds = base.seconds(last.time) + base.seconds(last.duration) - base.seconds(first.time);
   }
   return {{"version", input.info.version},
           {"minor", input.info.minor},
@@ -115,13 +95,16 @@ Json fileJson(const Input& input) {
           {"profile", c.profile == Profile::kClassic ? "classic" : "main"},
           {"inside", c.inside == Inside::kBelow ? "below" : "above"},
           {"step", c.step / double{kCell}},
-          {"time_base", {c.time_base.numerator, c.time_base.denominator}},
+          {"time_base", {input.info.time_base.numerator, input.info.time_base.denominator}},
           {"grid",
            {{"nodes", c.grid.nodes},
             {"origin", c.grid.origin},
             {"spacing", c.grid.spacing},
             {"direction", c.grid.direction},
             {"levels", octreeDepth(c.grid) + 1}}},
+          {"tracks", tracksJson(input.info)},
+          {"chapters", chaptersJson(input.info)},
+          {"attachments", attachmentsJson(input.info)},
           {"damage", input.info.damage},
           {"tags", tagsOf(input.info)}};
 }
@@ -135,8 +118,7 @@ void printFile(const std::string& path, const Json& file, const Input& input) {
                   : file["bytes"].dump() + " bytes" +
                         (input.info.indexed ? "" : " (no seek index: unfinished, or cut)"));
   fmt::print("  frames   {} in {:.6g} s (time base {}/{})\n", file["frames"].dump(),
-             file["seconds"].get<double>(), input.configuration.time_base.numerator,
-             input.configuration.time_base.denominator);
+             file["seconds"].get<double>(), input.info.time_base.numerator, input.info.time_base.denominator);
   fmt::print("  grid     {} x {} x {} nodes, spacing {:.6g} {:.6g} {:.6g}, octree levels 0 to {}\n",
              grid.nodes[0], grid.nodes[1], grid.nodes[2], grid.spacing[0], grid.spacing[1], grid.spacing[2],
              octreeDepth(grid));
@@ -144,6 +126,13 @@ void printFile(const std::string& path, const Json& file, const Input& input) {
              file["inside"].get<std::string>(), file["step"].get<double>(), file["vertices"].dump());
   fmt::print("  uuid     {}\n", file["uuid"].get<std::string>());
   for (const std::string& line : input.info.damage) fmt::print("  damage   {}\n", line);
+  if (file["tracks"].size() > 1) {
+    for (const Json& track : file["tracks"])
+      fmt::print("  track    {} '{}', {} frames\n", track["id"].dump(), printable(track["name"]),
+                 track["frames"].dump());
+  }
+  for (const std::string& line : chapterLines(input.info)) fmt::print("  {}\n", line);
+  for (const Attachment& a : input.info.attachments) fmt::print("  attached {}\n", attachmentLine(a));
   if (!file["tags"].is_object()) return;
   for (const auto& [key, value] : file["tags"].items())
     fmt::print("  {:<8} {}\n", printable(key), printable(value));
@@ -157,29 +146,54 @@ void printFrames(const Input& input) {
     const FrameHeader& h = input.packets->header(i);
     fmt::print(
         "{:6}  {:10.4f}  {:>4}  {:8.4g}  {:10}  {:10}  {:10.4g}  {:10.4g}  {:5}  {:5}  {:9.4f}  {:6.4f}\n",
-        h.number, input.configuration.time_base.seconds(h.time), typeName(h.type), h.isovalue, h.vertices,
-        h.faces, h.area, h.volume, h.components, h.euler, h.error_rms, h.error_max);
+        h.number, input.info.time_base.seconds(h.time), typeName(h.type), h.isovalue, h.vertices, h.faces,
+        h.area, h.volume, h.components, h.euler, h.error_rms, h.error_max);
   }
 }
 
+Json eventsJson(const Input& input) {
+  Json list = Json::array();
+  for (const Event& event : findEvents(*input.packets)) {
+    const FrameHeader& header = input.packets->header(event.frame);
+    list.push_back({{"frame", header.number},
+                    {"time", input.info.time_base.seconds(header.time)},
+                    {"kind", kindName(event.kind)},
+                    {"before", event.before},
+                    {"after", event.after}});
+  }
+  return list;
+}
+
+void printEvents(const Json& events) {
+  fmt::print("\n frame        time  pieces\n");
+  for (const Json& event : events) {
+    fmt::print("{:6}  {:10.4f}  {} to {}: {}\n", event["frame"].get<std::uint64_t>(),
+               event["time"].get<double>(), event["before"].get<std::uint32_t>(),
+               event["after"].get<std::uint32_t>(), event["kind"].get<std::string>());
+  }
+  fmt::print(
+      "{} where the number of pieces changes. Numbers alone do not tell a piece that splits off from one "
+      "that\n"
+      "appears, nor see changes that cancel out within a frame.\n",
+      counted(events.size(), "frame"));
+}
+
 Status info(const InfoOptions& options) {
-  ISOREEL_ASSIGN(const Input input, openInput(options.input));
+  if (!options.plot.empty()) ISOREEL_TRY(mayWrite(options.plot, options.force));
+  ISOREEL_ASSIGN(const Input input, openInput(options.input, options.track));
   Json file = fileJson(input);
   if (options.frames) {
     file["frame_list"] = Json::array();
     for (std::uint64_t i = 0; i < input.packets->frameCount(); ++i)
-      file["frame_list"].push_back(frameJson(input.packets->header(i), input.configuration));
+      file["frame_list"].push_back(frameJson(input, i));
   }
   if (options.packets) {
-    file["packet_list"] = Json::array();
-    for (std::uint64_t i = 0; i < input.packets->frameCount(); ++i) {
-      const auto place = fmt::format("{}: frame {}", options.input, input.packets->header(i).number);
-      Result<Bytes> packet = input.packets->packet(i);
-      if (!packet) return named(packet.status(), options.input);
-      const Result<PacketHeader> header = readPacketHeader(*packet);
-      if (!header) return header.status().at(place);
-      file["packet_list"].push_back(packetJson(*header, packet->size()));
-    }
+    ISOREEL_ASSIGN(file["packet_list"], packetList(input, options.input, options.jobs));
+  }
+  if (options.events) file["events"] = eventsJson(input);
+  if (!options.plot.empty()) {
+    const std::string name = std::filesystem::path(options.input).filename().string();
+    ISOREEL_TRY(inspect::writeChart(chartOfFacts(input, name), options.plot));
   }
   if (options.json) {
     fmt::print("{}\n", dumped(file, 2));
@@ -187,32 +201,36 @@ Status info(const InfoOptions& options) {
   }
   printFile(options.input, file, input);
   if (options.frames) printFrames(input);
+  if (options.events) printEvents(file["events"]);
   if (!options.packets) return {};
   fmt::print("\n");
-  for (const Json& packet : file["packet_list"]) {
-    fmt::print("packet {:>5}  {}  {} bytes, step {:.6g}, tangential {:.6g}:", packet["number"].dump(),
-               packet["type"].get<std::string>(), packet["bytes"].dump(), packet["step"].get<double>(),
-               packet["tangential_step"].get<double>());
-    for (const Json& s : packet["sections"]) {
-      const bool levelled = s["kind"] == "signs" || s["kind"] == "leaves";
-      fmt::print(" {}{} {}", s["kind"].get<std::string>(), levelled ? s["level"].dump() : "",
-                 s["bytes"].dump());
-    }
-    fmt::print("\n");
-  }
+  printPackets(file["packet_list"]);
   return {};
 }
 
 }  // namespace
 
 void addInfoCommand(CLI::App& app, Action& chosen) {
-  CLI::App* verb = app.add_subcommand("info", "What an .isr file holds, read without decoding");
+  CLI::App* verb = app.add_subcommand("info", "What an .isr file holds; only --packets decodes");
   const auto options = std::make_shared<InfoOptions>();
   verb->add_option("input", options->input, "The .isr (or .isr.part) file; - for standard input")->required();
   verb->add_flag("--frames", options->frames,
                  "The facts of every frame: time, counts, area, volume, components, error");
-  verb->add_flag("--packets", options->packets, "Type, references and sections of every packet");
+  verb->add_flag("--packets", options->packets,
+                 "Type, references and sections of every packet; what the blocks of P packets do");
+  verb->add_option("--jobs", options->jobs, "Threads for --packets; 0: one a core")
+      ->check(CLI::Range(0, 256));
+  verb->add_flag(
+      "--events", options->events,
+      "Frames where pieces of surface split off or appear, merge or vanish, as far as their number tells");
+  verb->add_option("--plot", options->plot,
+                   "Draw bytes by type of frame, area, volume and pieces over time into this .svg file")
+      ->check(CLI::Validator(
+          [](const std::string& name) { return name.ends_with(".svg") ? "" : "does not end in .svg"; },
+          "FILE.svg"));
+  verb->add_flag("--force", options->force, "Replace the picture when it is there already");
   verb->add_flag("--json", options->json, "One JSON object");
+  addTrackOption(*verb, options->track);
   verb->callback([options, &chosen] { chosen = [options] { return info(*options); }; });
 }
 

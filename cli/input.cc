@@ -11,24 +11,34 @@ namespace {
 
 class PacketsInMemory final : public PacketSource {
  public:
-  explicit PacketsInMemory(std::vector<Packet> packets) : packets_(std::move(packets)) {}
-  std::uint64_t frameCount() const override { return packets_.size(); }
-  const FrameHeader& header(std::uint64_t position) const override { return packets_[position].header; }
-  Result<Bytes> packet(std::uint64_t position) override { return packets_[position].data; }
+  explicit PacketsInMemory(std::vector<Packet> packets) : packets_(std::move(packets)) {
+    for (std::uint64_t i = 0; i < packets_.size(); ++i) {
+      if (!packets_[i].header.hidden()) shown_.push_back(i);
+    }
+  }
+  std::uint64_t frameCount() const override { return shown_.size(); }
+  const FrameHeader& header(std::uint64_t frame) const override { return packets_[shown_[frame]].header; }
+  Result<Bytes> packet(std::uint64_t frame) override { return packets_[shown_[frame]].data; }
+  std::uint64_t entryCount() const override { return packets_.size(); }
+  std::uint64_t entryOf(std::uint64_t frame) const override { return shown_[frame]; }
+  const FrameHeader& entryHeader(std::uint64_t entry) const override { return packets_[entry].header; }
+  Result<Bytes> entryPacket(std::uint64_t entry) override { return packets_[entry].data; }
+  std::uint64_t entryBytes(std::uint64_t entry) const override { return packets_[entry].data.size(); }
 
  private:
   std::vector<Packet> packets_;
+  std::vector<std::uint64_t> shown_;
 };
 
-Result<Input> openUnnamed(const std::string& path) {
+Result<Input> openUnnamed(const std::string& path, const std::string& track) {
   ISOREEL_ASSIGN(std::unique_ptr<ByteSource> source, openFile(path));
   Input input;
   if (source->seekable()) {
-    ISOREEL_ASSIGN(std::unique_ptr<Reader> reader, Reader::open(std::move(source)));
+    ISOREEL_ASSIGN(std::unique_ptr<Reader> reader, Reader::open(std::move(source), track));
     input.info = reader->info();
     input.packets = std::move(reader);
   } else {
-    ISOREEL_ASSIGN(const std::unique_ptr<StreamReader> stream, StreamReader::open(std::move(source)));
+    ISOREEL_ASSIGN(const std::unique_ptr<StreamReader> stream, StreamReader::open(std::move(source), track));
     std::vector<Packet> packets;
     std::vector<std::string> damage;
     for (;;) {
@@ -53,13 +63,20 @@ Result<Input> openUnnamed(const std::string& path) {
     record = header.configuration;
   }
   ISOREEL_ASSIGN(input.configuration, readConfiguration(record));
+  if (input.info.configuration.empty()) input.info.time_base = input.configuration.time_base;
   return input;
 }
 
 }  // namespace
 
-Result<Input> openInput(const std::string& path) {
-  Result<Input> input = openUnnamed(path);
+void addTrackOption(CLI::App& verb, std::string& track) {
+  verb.add_option("--track", track,
+                  "Name or number of the track to read, where the file has several (default: the first)")
+      ->default_str("");
+}
+
+Result<Input> openInput(const std::string& path, const std::string& track) {
+  Result<Input> input = openUnnamed(path, track);
   if (!input) return named(input.status(), path);
   return input;
 }

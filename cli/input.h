@@ -3,6 +3,7 @@
 
 #include <isoreel/codec/configuration.h>
 #include <isoreel/container/reader.h>
+#include <CLI/CLI.hpp>
 
 #include <memory>
 #include <string>
@@ -15,8 +16,11 @@ struct Input {
   FileInfo info;
   Configuration configuration;
 };
-/// Errors name the file.
-Result<Input> openInput(const std::string& path);
+/// `track`: name or number, "" for the first. Errors name the file.
+Result<Input> openInput(const std::string& path, const std::string& track = "");
+
+/// Adds --track to a verb that reads.
+void addTrackOption(CLI::App& verb, std::string& track);
 
 /// A line on stderr for everything that had to be left out of a damaged file.
 void warnOfDamage(const FileInfo& info, const std::string& path);

@@ -62,6 +62,13 @@ int run(std::vector<std::string> arguments) {
   addVerifyCommand(app, chosen);
   addCompareCommand(app, chosen);
   addRenderCommand(app, chosen);
+  addTrimCommand(app, chosen);
+  addConcatCommand(app, chosen);
+  addRepairCommand(app, chosen);
+  addTagCommand(app, chosen);
+  addChapterCommand(app, chosen);
+  addAttachCommand(app, chosen);
+  addExtractCommand(app, chosen);
   addDemoCommand(app, chosen);
   try {
     std::reverse(arguments.begin(), arguments.end());  // CLI11 takes them last first

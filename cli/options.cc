@@ -54,30 +54,6 @@ Fraction parseFraction(const std::string& option, const std::string& text) {
   return {*numerator / common, denominator / common};
 }
 
-FrameRange parseFrames(const std::string& text, std::uint64_t count) {
-  if (text.empty()) return {0, count};
-  const auto refuse = [&](const std::string& why) -> FrameRange {
-    throw CLI::ValidationError("--frames", fmt::format("'{}' {}", text, why));
-  };
-  FrameRange range{0, count};
-  const std::size_t colon = text.find(':');
-  const std::string first = text.substr(0, colon);
-  if (!first.empty()) {
-    const auto value = parseNumber<std::uint64_t>(first);
-    if (!value) return refuse("is no range of frames: 3:10, 3:, :10 and 3 are");
-    range.begin = *value;
-    if (colon == std::string::npos) range.end = *value + 1;
-  }
-  if (colon != std::string::npos && colon + 1 < text.size()) {
-    const auto value = parseNumber<std::uint64_t>(std::string_view(text).substr(colon + 1));
-    if (!value) return refuse("is no range of frames: 3:10, 3:, :10 and 3 are");
-    range.end = *value;
-  }
-  if (range.begin >= range.end) return refuse("holds no frame");
-  if (range.end > count) return refuse(fmt::format("ends behind the last of {} frames", count));
-  return range;
-}
-
 std::vector<double> parseNumbers(const std::string& option, const std::string& text) {
   std::vector<double> values;
   for (std::size_t start = 0; start <= text.size();) {

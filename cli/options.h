@@ -20,15 +20,6 @@ struct Fraction {
 /// "25", "30000/1001", "0.04", "-1.5": exact. `option` is for the message.
 Fraction parseFraction(const std::string& option, const std::string& text);
 
-/// Half-open range of frames.
-struct FrameRange {
-  std::uint64_t begin = 0;
-  std::uint64_t end = 0;
-  std::uint64_t size() const { return end - begin; }
-};
-/// "A:B" (half-open), "A:", ":B" or a single "A", within `count` frames; "" for all.
-FrameRange parseFrames(const std::string& text, std::uint64_t count);
-
 /// "0.1,0.2,0.3".
 std::vector<double> parseNumbers(const std::string& option, const std::string& text);
 

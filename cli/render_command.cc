@@ -30,7 +30,7 @@ std::vector<std::uint64_t> tileFrames(const FrameRange& range, std::size_t tiles
 class Schedule {
  public:
   Schedule(const RenderOptions& options, const Input& input, const FrameRange& range) : range_(range) {
-    times_.base = input.configuration.time_base;
+    times_.base = input.info.time_base;
     if (!options.fps.empty()) times_ = constantRate(options.fps, static_cast<std::size_t>(range.size()));
     for (std::uint64_t i = range.begin; options.fps.empty() && i < range.end; ++i) {
       times_.times.push_back(input.packets->header(i).time);
@@ -76,8 +76,7 @@ class Output {
       case Product::kSheet:
         images_.push_back(std::move(image));
         captions_.push_back(fmt::format("frame {}   {:.4g} s   {} vertices", header.number,
-                                        input_.configuration.time_base.seconds(header.time),
-                                        header.vertices));
+                                        input_.info.time_base.seconds(header.time), header.vertices));
         return {};
       case Product::kMovie:
         break;
@@ -117,7 +116,7 @@ Status render(const RenderOptions& options) {
   const Stopwatch watch;
   ISOREEL_ASSIGN(Scene scene, Scene::open(options));
   const Input& input = scene.input();
-  const FrameRange range = parseFrames(options.frames, input.packets->frameCount());
+  const FrameRange range = parseFrames(options.frames, timelineOf(*input.packets, input.info.time_base));
   const Product product = productOf(options, range.size());
   ISOREEL_TRY(scene.prepare(range, product));
   const Schedule schedule(options, input, range);
@@ -129,6 +128,7 @@ Status render(const RenderOptions& options) {
   if (product != Product::kPictures) ISOREEL_TRY(mayWrite(options.output, options.force));
   const std::vector<std::uint64_t> frames =
       tileFrames(range, product == Product::kSheet ? options.tiles : static_cast<std::size_t>(range.size()));
+  ISOREEL_TRY(scene.measureMotion(frames));
 
   const ThreadLimit limit(options.jobs);
   Progress progress("render", frames.size());

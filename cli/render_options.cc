@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "render_options.h"
 
+#include "input.h"
+
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -10,6 +12,8 @@ namespace {
 
 const std::map<std::string, Colour> kColours{
     {"none", Colour::kNone}, {"curvature", Colour::kCurvature}, {"error", Colour::kError}};
+
+const std::map<std::string, Overlay> kOverlays{{"none", Overlay::kNone}, {"motion", Overlay::kMotion}};
 
 /// Azimuth and elevation. Left is the side of small x, front that of small y.
 const std::map<std::string, std::array<double, 2>> kViews{{"front", {0, 0}},
@@ -36,6 +40,10 @@ Product productOf(const RenderOptions& options, std::uint64_t frames) {
     throw CLI::ValidationError("--volumes", "and --color error need each other");
   if (options.range && options.colour == Colour::kNone)
     throw CLI::ValidationError("--range", "needs --color curvature or --color error");
+  if (options.overlay == Overlay::kMotion && options.level)
+    throw CLI::ValidationError("--level", "excludes --overlay motion: vectors belong to the full surface");
+  if (options.overlay == Overlay::kNone && options.overlay_scale)
+    throw CLI::ValidationError("--overlay-scale", "needs --overlay motion");
   if (extension == ".mp4") return Product::kMovie;
   return numbered ? Product::kPictures : frames > 1 ? Product::kSheet : Product::kPicture;
 }
@@ -72,11 +80,12 @@ inspect::RenderSettings settingsOf(const RenderOptions& options, Product product
 
 void addOptions(CLI::App& verb, RenderOptions& options) {
   verb.add_option("input", options.input, "The .isr file; - for standard input")->required();
+  addTrackOption(verb, options.track);
   verb.add_option(
           "-o,--output", options.output,
           "PNG file: one frame's picture, a contact sheet of several, or with %05d one a frame; or .mp4")
       ->required();
-  verb.add_option("--frames", options.frames, "Only the frames A:B (half-open), A:, :B or A (default: all)");
+  verb.add_option("--frames", options.frames, kFramesHelp);
   verb.add_option("--size", options.size,
                   "WIDTHxHEIGHT in pixels, of each picture (default: 1280x960; in a contact sheet 480x360)");
   CLI::Option* camera = verb.add_option(
@@ -102,6 +111,18 @@ void addOptions(CLI::App& verb, RenderOptions& options) {
           "Where the colours end: curvature from -X to X (default 0.5), error from 0 to X (default 0.1)")
       ->check(CLI::Range(1e-9, 1e9));
   options.volumes.add(verb, "--volumes");
+  verb.add_option_function<std::string>(
+          "--overlay",
+          [&options](const std::string& text) { options.overlay = choice("--overlay", kOverlays, text); },
+          "Over P frames: an arrow from each block to where its piece of surface goes, as it has moved since "
+          "the frame before, and the I blocks, which are not predicted")
+      ->default_str("none")
+      ->type_name("none|motion");
+  verb.add_option(
+          "--overlay-scale", options.overlay_scale,
+          "Arrows are N times as long as the motion (default: so that fast ones, of all frames shown, "
+          "are one and a half blocks long, and 1 at least)")
+      ->check(CLI::Range(1e-3, 1e6));
   verb.add_option("--beside", options.beside, "Another file, shown to the right by the same camera");
   verb.add_option("--fps", options.fps, "Movies: frames a second (default: the sequence's own times)");
   verb.add_option("--tiles", options.tiles, "Pictures in a contact sheet, at most")

@@ -7,16 +7,19 @@
 #include <optional>
 #include <string>
 
+#include "frame_range.h"
 #include "options.h"
 #include "volume_input.h"
 
 namespace isoreel::cli {
 
+enum class Overlay { kNone, kMotion };
 enum class Colour { kNone, kCurvature, kError };
 
 struct RenderOptions {
   std::string input, output, beside;
   std::string frames;
+  std::string track;
   std::string size;
   std::string camera = "35,25";
   std::string view;
@@ -28,6 +31,8 @@ struct RenderOptions {
   Colour colour = Colour::kNone;
   std::optional<double> range;
   VolumeInput volumes;
+  Overlay overlay = Overlay::kNone;
+  std::optional<double> overlay_scale;
   std::string fps;
   std::size_t tiles = 12;
   int jobs = 0;

@@ -3,10 +3,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "output.h"
+#include "packet_list.h"
 #include "parallel.h"
+#include "progress.h"
 
 namespace isoreel::cli {
 namespace {
@@ -42,11 +45,11 @@ Result<Scene> Scene::open(const RenderOptions& options) {
     throw CLI::ValidationError("--beside", "standard input holds one file only");
   for (const std::string& path : {options.input, options.beside}) {
     if (path.empty()) continue;
-    ISOREEL_ASSIGN(Input input, openInput(path));
+    ISOREEL_ASSIGN(Input input, openInput(path, options.track));
     warnOfDamage(input.info, path);
     if (input.packets->frameCount() == 0) return {ErrorCode::kNotFound, path + ": holds no frame"};
     Source source{path, std::move(input), nullptr, {}};
-    source.player = std::make_unique<Player>(*source.input.packets);
+    source.player = std::make_unique<Player>(*source.input.packets, 0);  // forward only
     source.decode = decodeOptions(options.level, source.input.configuration.grid);
     scene.sources_.push_back(std::move(source));
   }
@@ -80,20 +83,56 @@ Status Scene::prepare(const FrameRange& range, Product product) {
   return {};
 }
 
+Status Scene::measureMotion(const std::vector<std::uint64_t>& drawn) {
+  if (options_->overlay != Overlay::kMotion) return {};
+  Progress progress("motion", drawn.size() * sources_.size());
+  for (Source& source : sources_) {
+    for (const std::uint64_t position : drawn) {
+      if (interrupted) return {ErrorCode::kIo, "interrupted"};
+      progress.advance();
+      if (source.input.packets->header(position).type == PacketType::kIntra) continue;
+      std::vector<MotionBlock> blocks;
+      DecodeOptions options;
+      options.motion = &blocks;
+      const Status status = source.player->frame(position, options).status();
+      if (!status.ok()) return named(status, source.path);
+      motion_.add(blocks);
+    }
+  }
+  return {};
+}
+
 Status Scene::read(std::uint64_t position, Item& item) {
   for (Source& source : sources_) {
     const FrameHeader& header = source.input.packets->header(position);
-    Result<Surface> surface = source.player->frame(position, source.decode);
+    Shown shown;
+    DecodeOptions options = source.decode;
+    if (options_->overlay == Overlay::kMotion) options.motion = &shown.motion;
+    Result<Surface> surface = source.player->frame(position, options);
     if (!surface) return named(surface.status(), source.path);
     ISOREEL_ASSIGN(const Bytes packet, source.input.packets->packet(position));
-    item.shown.push_back(
-        {*std::move(surface), header.isovalue,
-         fmt::format("{}   frame {}   {} bytes", std::filesystem::path(source.path).filename().string(),
-                     header.number, packet.size())});
+    shown.surface = *std::move(surface);
+    shown.header = header;
+    shown.caption =
+        fmt::format("{}   frame {}   {} bytes", std::filesystem::path(source.path).filename().string(),
+                    header.number, packet.size());
+    item.shown.push_back(std::move(shown));
   }
   if (!volumes_) return {};
   ISOREEL_ASSIGN(item.volume, volumes_->read(volumes_->size() == 1 ? 0 : static_cast<std::size_t>(position)));
   return {};
+}
+
+std::optional<inspect::MotionOverlay> Scene::motionOf(const Shown& shown) const {
+  if (options_->overlay != Overlay::kMotion) return std::nullopt;
+  std::string caption = fmt::format("frame {}   {}", shown.header.number, typeName(shown.header.type));
+  if (shown.header.type == PacketType::kPredicted) {
+    const auto moving =
+        std::count_if(shown.motion.begin(), shown.motion.end(), [](const MotionBlock& b) { return b.moves; });
+    caption += fmt::format("   {} of {} blocks predicted", moving, shown.motion.size());
+  }
+  return inspect::MotionOverlay{shown.motion, options_->overlay_scale.value_or(motion_.scale()),
+                                motion_.fastest(), std::move(caption)};
 }
 
 inspect::Attribute Scene::attributeOf(const Shown& shown, const inspect::Mesh& reference) const {
@@ -122,12 +161,13 @@ void Scene::draw(Item& item) const {
   std::vector<std::string> captions;
   for (const Shown& shown : item.shown) {
     if (volumes_ && images.empty()) {
-      reference =
-          inspect::volumeIsosurface(item.volume, shown.isovalue, sources_.front().input.configuration.inside);
+      reference = inspect::volumeIsosurface(item.volume, shown.header.isovalue,
+                                            sources_.front().input.configuration.inside);
     }
     inspect::RenderSettings settings = settings_;
     settings.camera.azimuth += options_->orbit * item.turn;
     settings.attribute = attributeOf(shown, reference);
+    settings.motion = motionOf(shown);
     images.push_back(inspect::render(shown.surface, settings, parallelFor));
     captions.push_back(shown.caption);
   }

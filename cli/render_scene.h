@@ -12,8 +12,9 @@ namespace isoreel::cli {
 /// One frame of a file, ready to be drawn.
 struct Shown {
   Surface surface;
-  double isovalue = 0;
   std::string caption;
+  FrameHeader header;
+  std::vector<MotionBlock> motion;  // of a P frame, when it is to be drawn
 };
 
 /// The files and volumes that pictures are made from. Positions count frames in both files alike.
@@ -25,6 +26,9 @@ class Scene {
   const Input& input() const { return sources_.front().input; }
   /// One camera and one box for all frames of the range; the picture's size and style from the options.
   Status prepare(const FrameRange& range, Product product);
+  /// One scale of motion for all positions that are going to be drawn, which decodes them; nothing when no
+  /// motion is drawn.
+  Status measureMotion(const std::vector<std::uint64_t>& drawn);
 
   struct Item {
     std::vector<Shown> shown;  // left to right
@@ -44,12 +48,14 @@ class Scene {
     std::unique_ptr<Player> player;
     DecodeOptions decode;
   };
+  std::optional<inspect::MotionOverlay> motionOf(const Shown& shown) const;
   inspect::Attribute attributeOf(const Shown& shown, const inspect::Mesh& reference) const;
 
   const RenderOptions* options_ = nullptr;
   std::vector<Source> sources_;
   std::unique_ptr<io::VolumeSequence> volumes_;
   inspect::RenderSettings settings_;
+  inspect::MotionRange motion_;
 };
 
 }  // namespace isoreel::cli

@@ -56,6 +56,9 @@ class Checks:
         for level, expected in enumerate(entry["levels"]):
             at_level = deepcopy(before)
             self.expect(f"{name}: level {level}", expected, at_level, data, level)
+        for cut in entry["prefixes"]:
+            short = deepcopy(before), data[:cut["bytes"]], None, True
+            self.expect(f"{name}: prefix of {cut['bytes']} bytes", entry["levels"][cut["level"]], *short)
         self.expect(f"{name}: prefix", prefix, before, data[:prefix["bytes"]], None, True)
 
     def reject_after(self, entry):

@@ -93,8 +93,11 @@ class Packet:
         require(len(payload) < whole or crc32c(payload) == payload_crc, "the payload's CRC does not match")
         require(self.vertices // 512 <= front.at + whole, "so many vertices cannot be in so few bytes")  # 6.1
         self.sections, at = {}, 0
+        self.before_motion = 0  # the highest level with a section in front of the motion's
         for kind, level, size in table:
             content = payload[at:at + size] if at + size <= len(payload) else None  # None: cut off
+            if kind in (SIGNS, LEAVES) and (MOTION, 0) not in self.sections:
+                self.before_motion = max(self.before_motion, level)
             self.sections.setdefault((kind, level), content)
             at += size
 
@@ -123,11 +126,11 @@ class Tree:
         s = self.depth - level
         return tuple(n - 1 >> s for n in self.nodes), tuple(n - 1 + (1 << s) - 1 >> s for n in self.nodes)
 
-    def decode_level(self, level, signs, leaves):
+    def decode_level(self, level, signs, leaves, prediction=None):
         if level == 0:
             self.decode_root(signs, leaves)
         else:
-            known = self.decode_signs(level, signs)
+            known = self.decode_signs(level, signs, prediction)
             self.cells = self.divided_children(level, known, leaves)
         signs.used_up()
         leaves.used_up()
@@ -148,7 +151,7 @@ class Tree:
         """A corner outside the grid has the sign of the last point inside (4.1)."""
         return sum(known[tuple(map(min, plus(cell, corner), last))] << j for j, corner in enumerate(CORNERS))
 
-    def decode_signs(self, level, stream):
+    def decode_signs(self, level, stream, prediction):
         """4.3: the signs of all lattice points of the level that belong to cells of the level above."""
         last, _ = self.lattice(level)
         _, parents = self.lattice(level - 1)
@@ -167,16 +170,21 @@ class Tree:
                 if self.beside_leaf(cell, d, parents):
                     known[point] = known[plus(low, tuple(k & 2 for k in d))]
                 else:
-                    known[point] = self.sign(level, cell, d, self.sign_model(known, point), stream)
+                    known[point] = self.sign(level, cell, d, point, known, prediction, stream)
         return known
 
-    def sign(self, level, cell, d, first, stream):
-        """4.3 and 11.7"""
+    def sign(self, level, cell, d, point, known, prediction, stream):
+        """4.3, 8.5 and 11.7"""
+        usual = self.sign_model(known, point)
         if not self.mixed_signs:
-            return stream.decision(first)
+            moved = prediction and prediction.sign_model(level, cell, point, usual)
+            sign = stream.decision(moved or usual)
+            if moved:
+                usual.update(sign)
+            return sign
         name = (d, level == self.depth)
         second = model(self.models, ("opinion", self.cells[cell], *name))
-        return mixed(stream, first, second, weights_of(self.models, ("opinion", *name)), 64)
+        return mixed(stream, usual, second, weights_of(self.models, ("opinion", *name)), 64)
 
     def beside_leaf(self, cell, d, parents):
         """Whether the point at d of the cell also lies on a cell of the same level that is not divided."""
@@ -252,6 +260,10 @@ class Decoder:
         packet = Packet(data, prefix)
         self.begin(packet)
         tree = Tree(packet, self.nodes, self.models, self.main and self.tools & MIXED_SIGNS)
+        prediction = None
+        cut = packet.section(MOTION, 0) is None or packet.section(VERTICES, 0) is None
+        if packet.predicted and packet.section(MOTION, 0) is not None:
+            prediction = Prediction(packet, tree.depth, self.reference, self.models)
         wanted = tree.depth if level is None else min(level, tree.depth)
         reached = 0
         for at in range(wanted + 1):
@@ -259,22 +271,28 @@ class Decoder:
             if signs is None or leaves is None:
                 require(at > 0, "the packet is cut before its first level is whole")
                 break
-            tree.decode_level(at, Stream(signs), Stream(leaves))
+            if packet.predicted and prediction is None and at > packet.before_motion:
+                break
+            moved = prediction if prediction and at > prediction.block_level else None
+            tree.decode_level(at, Stream(signs), Stream(leaves), moved)
             reached = at
+            if prediction and at == prediction.block_level:
+                prediction.decode_motion(tree.cells)
             if not tree.cells:
                 break
         cells = {cell: c for cell, c in tree.cells.items() if is_active(c)}
-        cut = packet.section(MOTION, 0) is None or packet.section(VERTICES, 0) is None
         if wanted < tree.depth or (reached < wanted and tree.cells) or cut:
             return coarse_vertices(self.nodes, cells, tree.depth - reached), quads(cells)
-        return self.full(packet, cells)
+        if prediction and reached < prediction.block_level:
+            prediction.decode_motion({})  # no cells and no blocks
+        return self.full(packet, cells, prediction)
 
-    def full(self, packet, cells):
+    def full(self, packet, cells, prediction):
         require(len(cells) == packet.vertices, "the number of vertices is not the header's")
         if self.main:
             vertices = Heights(packet, cells, self.nodes, self.tools, self.models).vertices()
         elif packet.predicted:
-            vertices = Prediction(packet, cells, self.reference, self.models).vertices()
+            vertices = prediction.vertices(cells)
         else:
             vertices = intra_vertices(packet, cells, self.models)
         faces = quads(cells)

@@ -48,10 +48,10 @@ def local_frame(configuration):
 FRAMES = [local_frame(c) for c in range(256)]
 
 
-def inner_vertex(packet, configuration, along, r1, r2):
-    """5.2: the vertex inside its cell, `along` being its offset along the normal."""
+def inner_vertex(configuration, along):
+    """5.2: the vertex inside its cell; `along` has its offsets along the normal and both tangents."""
     vertex, normal, t1, t2 = FRAMES[configuration]
-    return [clamp(vertex[k] + (along * normal[k] + (r1 * t1[k] + r2 * t2[k]) * packet.tangential_step + 8192 >> 14), 0, CELL)
+    return [clamp(vertex[k] + (along[0] * normal[k] + along[1] * t1[k] + along[2] * t2[k] + 8192 >> 14), 0, CELL)
             for k in range(3)]
 
 
@@ -59,12 +59,17 @@ def in_grid(cell, inner):
     return [CELL * cell[k] + inner[k] for k in range(3)]
 
 
+def intra_offsets(packet, stream, models, configuration):
+    """5.2: three residuals, times their steps."""
+    steps = packet.step, packet.tangential_step, packet.tangential_step
+    return [step * residual(stream, models, (component, configuration)) for component, step in enumerate(steps)]
+
+
 def intra_vertices(packet, cells, models):
     """5.2"""
     stream, result = Stream(packet.section(VERTICES, 0)), []
     for cell, configuration in cells.items():
-        r = [residual(stream, models, (component, configuration)) for component in range(3)]
-        result.append(in_grid(cell, inner_vertex(packet, configuration, r[0] * packet.step, r[1], r[2])))
+        result.append(in_grid(cell, inner_vertex(configuration, intra_offsets(packet, stream, models, configuration))))
     stream.used_up()
     return result
 

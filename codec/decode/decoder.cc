@@ -4,7 +4,8 @@
 
 #include <algorithm>
 
-#include "inter/vertex_stream.h"
+#include "decode/predicted_part.h"
+#include "inter/reference.h"
 #include "intra/height_stream.h"
 #include "intra/sign_tree.h"
 #include "lattice/dual_mesh.h"
@@ -53,6 +54,17 @@ class Payload {
     }
     return ByteSpan{};
   }
+  /// The highest level that has a section in front of the motion section.
+  std::uint32_t lastLevelBeforeMotion() const {
+    std::uint32_t last = 0;
+    for (const Section& s : header_.sections) {
+      if (s.kind == static_cast<std::uint32_t>(SectionKind::kMotion)) break;
+      if (s.kind == static_cast<std::uint32_t>(SectionKind::kSigns) ||
+          s.kind == static_cast<std::uint32_t>(SectionKind::kLeaves))
+        last = std::max(last, s.level);
+    }
+    return last;
+  }
 
  private:
   PacketHeader header_;
@@ -92,25 +104,13 @@ Status counts(const char* what, std::size_t found, std::uint32_t stated) {
                                    std::to_string(stated) + " (spec codec 3.1)"};
 }
 
-Status endOf(const RangeGet& coder, const char* what) {
-  if (coder.finished()) return {};
-  return {ErrorCode::kBadData, std::string(what) + ": " +
-                                   (coder.overrun() ? "end too early" : "not used to their end") +
-                                   " (spec codec 6.2)"};
-}
-
-GridPosition inGrid(const Cell& cell, const std::array<std::int32_t, 3>& in_cell) {
-  return {cell.x * kCell + in_cell[0], cell.y * kCell + in_cell[1], cell.z * kCell + in_cell[2]};
-}
-
-/// The vertices of an I packet's full surface (spec codec 5.2).
+/// The vertices of an I packet's full surface, in their cells (spec codec 5.2).
 Status decodeIntraVertices(ByteSpan bytes, const std::vector<Cell>& cells, const ResidualSteps& steps,
-                           VertexModels& models, Surface& surface) {
+                           VertexModels& models, std::vector<std::array<std::int32_t, 3>>& vertices) {
   RangeGet coder(bytes);
   for (std::size_t i = 0; i < cells.size(); ++i) {
-    surface.vertices[i] = inGrid(
-        cells[i],
-        reconstruct(kLocalFrames[cells[i].corners], codeVertex(coder, models, cells[i].corners, {}), steps));
+    vertices[i] =
+        reconstruct(kLocalFrames[cells[i].corners], codeVertex(coder, models, cells[i].corners, {}), steps);
   }
   return endOf(coder, "vertices");
 }
@@ -118,42 +118,15 @@ Status decodeIntraVertices(ByteSpan bytes, const std::vector<Cell>& cells, const
 /// The vertices of an I packet of profile main (spec codec 11).
 Status decodeHeights(ByteSpan bytes, const std::vector<Cell>& cells, const CellIndex& index,
                      std::int32_t step, std::uint32_t tools, HeightModels& models, HeightFrame& frame,
-                     Surface& surface) {
+                     const Grid& grid, std::vector<std::array<std::int32_t, 3>>& vertices) {
   HeightHeader header;
   ByteReader in(bytes);
   if (!cells.empty()) ISOREEL_TRY(readSized(in, header));
   RangeGet coder(bytes.subspan(in.position()));
-  frame.build(cells, index, surface.grid);
-  models.reset();
+  frame.build(cells, index, grid);
   codeHeights(coder, models, header, cells, frame, step, tools,
               [](std::uint32_t, std::int32_t, const HeightContext&) { return 0; });
-  for (std::size_t i = 0; i < cells.size(); ++i)
-    surface.vertices[i] = inGrid(cells[i], atHeight(frame.predicted, i, frame.heights[i]));
-  return endOf(coder, "vertices");
-}
-
-/// The vertices of a P packet's full surface (spec codec 8).
-Status decodePredictedVertices(ByteSpan motion_bytes, ByteSpan vertex_bytes, const std::vector<Cell>& cells,
-                               const CellIndex& index, const Reference& reference, const ResidualSteps& steps,
-                               PacketModels& models, Surface& surface) {
-  ByteReader in(motion_bytes);
-  PredictionHeader header;
-  ISOREEL_TRY(readSized(in, header));
-  MotionField motion;
-  motion.build(cells, header.block_log2, header.vector_step);
-  RangeGet vectors(motion_bytes.subspan(in.position()));
-  ISOREEL_TRY(motion.code(vectors, models.motion));
-  ISOREEL_TRY(endOf(vectors, "motion vectors"));
-
-  RangeGet coder(vertex_bytes);
-  std::vector<Residual> residuals(cells.size());
-  codeTangents(coder, models.vertices, cells, residuals);
-  if (coder.overrun()) return endOf(coder, "vertices");
-  const auto predictions = predictVertices(reference, motion, cells, residuals, steps);
-  codeNormals(
-      coder, models, header, cells, index, residuals, predictions, steps,
-      [](std::uint32_t, std::int32_t) { return 0; }, surface.vertices);
-  toGridPositions(cells, surface.vertices);
+  for (std::size_t i = 0; i < cells.size(); ++i) vertices[i] = atHeight(frame.predicted, i, frame.heights[i]);
   return endOf(coder, "vertices");
 }
 
@@ -161,9 +134,9 @@ Status decodePredictedVertices(ByteSpan motion_bytes, ByteSpan vertex_bytes, con
 
 struct Decoder::State {
   PacketModels models;
-  HeightModels height_models;
   HeightFrame heights;
   CellIndex index;
+  std::vector<Cell> cells;  // of the surface decoded last
   // What a P packet goes on from: the packet decoded last, when it was decoded whole.
   std::optional<Configuration> configuration;
   std::uint64_t last = 0;
@@ -188,11 +161,30 @@ struct Decoder::State {
 };
 
 Decoder::Decoder() : state_(std::make_unique<State>()) {}
+Decoder::Decoder(const Decoder& other) : Decoder() { *this = other; }
+Decoder& Decoder::operator=(const Decoder& other) {
+  if (this == &other) return *this;
+  if (!state_) state_ = std::make_unique<State>();
+  state_->models = other.state_->models;
+  state_->configuration = other.state_->configuration;
+  state_->last = other.state_->last;
+  state_->reference = other.state_->reference;
+  state_->cells.clear();  // these and the index are made anew by each packet
+  return *this;
+}
 Decoder::Decoder(Decoder&&) noexcept = default;
 Decoder& Decoder::operator=(Decoder&&) noexcept = default;
 Decoder::~Decoder() = default;
 
+const std::vector<Cell>& Decoder::cells() const { return state_->cells; }
+std::uint64_t Decoder::bytes(std::uint64_t vertices) const {
+  return sizeof(State) + state_->models.signs.signs.bytes() + state_->models.vertices.bytes() + 40 * vertices;
+}
+std::uint64_t Decoder::bytes() const { return bytes(0) + state_->reference.bytes(); }
+
 Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
+  if (options.motion != nullptr) options.motion->clear();
+  state_->cells.clear();
   ISOREEL_ASSIGN(const Payload payload, Payload::open(packet, options));
   const PacketHeader& header = payload.header();
   if (header.vertices > options.max_vertices) {
@@ -216,28 +208,48 @@ Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
   const std::uint32_t wanted = std::min(options.level.value_or(depth), depth);
   // Where P packets may follow, the rest is decoded too: they go on from it.
   const bool goes_on = (configuration.tools & kToolPrediction) != 0 && !options.allow_prefix;
+  const bool predicted = header.type == PacketType::kPredicted;
+  const ReferenceField& field = state.reference.field();
+  PredictedPart part;
+  std::optional<ByteSpan> motion_bytes = ByteSpan{};
+  if (predicted) {
+    motion_bytes = payload.section(SectionKind::kMotion, 0);
+    if (motion_bytes) ISOREEL_TRY(part.open(*motion_bytes, depth));
+  }
+  // Finer levels need the motion; they stand behind it.
+  const std::uint32_t most = motion_bytes ? depth : payload.lastLevelBeforeMotion();
+  MovedSigns moved(field, part.motion(), state.models.moved_signs);
   std::optional<Surface> coarse;
   for (std::uint32_t level = 0; level <= (goes_on ? depth : wanted); ++level) {
-    const auto sign_bytes = payload.section(SectionKind::kSigns, level),
-               leaf_bytes = payload.section(SectionKind::kLeaves, level);
-    if (!sign_bytes || !leaf_bytes) {
-      if (level == 0)
-        return {ErrorCode::kTruncated, "packet: cut before its first level is whole (spec codec 3.2)"};
-      return surfaceFromSigns(tree.takeCells(), grid, depth - level + 1);
+    if (level == 0 || !tree.cells().empty()) {
+      const auto sign_bytes = payload.section(SectionKind::kSigns, level),
+                 leaf_bytes = payload.section(SectionKind::kLeaves, level);
+      if (!sign_bytes || !leaf_bytes || level > most) {
+        if (level == 0)
+          return {ErrorCode::kTruncated, "packet: cut before its first level is whole (spec codec 3.2)"};
+        return surfaceFromSigns(tree.takeCells(), grid, depth - level + 1);
+      }
+      RangeGet signs(*sign_bytes), leaves(*leaf_bytes);
+      if (level == 0) {
+        ISOREEL_TRY(tree.codeRoot(signs, leaves));
+      } else if (predicted && motion_bytes && level > part.blockLevel()) {
+        moved.start(depth - level);
+        ISOREEL_TRY(tree.codeLevel(level, signs, leaves, moved));
+      } else {
+        ISOREEL_TRY(tree.codeLevel(level, signs, leaves));
+      }
+      if (!signs.finished()) return leftOver("corner signs", level);
+      if (!leaves.finished()) return leftOver("leaf bits", level);
+      if (level == wanted && level < depth) coarse = surfaceFromSigns(tree.cells(), grid, depth - level);
     }
-    RangeGet signs(*sign_bytes), leaves(*leaf_bytes);
-    ISOREEL_TRY(level == 0 ? tree.codeRoot(signs, leaves) : tree.codeLevel(level, signs, leaves));
-    if (!signs.finished()) return leftOver("corner signs", level);
-    if (!leaves.finished()) return leftOver("leaf bits", level);
-    if (tree.cells().empty()) break;
-    if (level == wanted && level < depth) coarse = surfaceFromSigns(tree.cells(), grid, depth - level);
+    if (predicted && motion_bytes && level == part.blockLevel())
+      ISOREEL_TRY(part.decodeMotion(tree.cells(), state.models.motion));
   }
   if (coarse && !goes_on) return *std::move(coarse);
-  const auto motion_bytes = payload.section(SectionKind::kMotion, 0),
-             vertex_bytes = payload.section(SectionKind::kVertices, 0);
+  const auto vertex_bytes = payload.section(SectionKind::kVertices, 0);
   if (!motion_bytes || !vertex_bytes) return surfaceFromSigns(tree.takeCells(), grid, 0);
 
-  const std::vector<Cell> cells = tree.takeCells();  // of the deepest level: all active
+  std::vector<Cell> cells = tree.takeCells();  // of the deepest level: all active
   if (cells.size() != header.vertices) return counts("active cells", cells.size(), header.vertices);
   state.index.build(cells);
   const ResidualSteps steps{static_cast<std::int32_t>(header.step),
@@ -247,23 +259,26 @@ Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
   surface.vertices.resize(cells.size());
   if (configuration.profile == Profile::kMain) {
     ISOREEL_TRY(decodeHeights(*vertex_bytes, cells, state.index, steps.normal, configuration.tools,
-                              state.height_models, state.heights, surface));
-  } else if (header.type == PacketType::kIntra) {
-    ISOREEL_TRY(decodeIntraVertices(*vertex_bytes, cells, steps, state.models.vertices, surface));
+                              state.models.heights, state.heights, grid, surface.vertices));
+  } else if (predicted) {
+    ISOREEL_TRY(
+        part.decodeVertices(*vertex_bytes, cells, state.index, field, steps, state.models, surface.vertices));
+    if (options.motion != nullptr) *options.motion = part.blocks(cells, field);
   } else {
-    ISOREEL_TRY(decodePredictedVertices(*motion_bytes, *vertex_bytes, cells, state.index, state.reference,
-                                        steps, state.models, surface));
+    ISOREEL_TRY(decodeIntraVertices(*vertex_bytes, cells, steps, state.models.vertices, surface.vertices));
   }
+  toGridPositions(cells, surface.vertices);
   surface.quads = dualQuads(cells, state.index);
   if (surface.quads.size() != header.faces) return counts("quads", surface.quads.size(), header.faces);
   if (surfaceHash(surface) != header.surface_hash) {
     return {ErrorCode::kBadData, "packet: the decoded surface does not match its hash (spec codec 7)"};
   }
   if ((configuration.tools & kToolPrediction) != 0) {
-    state.reference.build(surface, cells, state.index);
+    state.reference.build(surface, cells);
     state.last = header.number;
     state.configuration = configuration;
   }
+  state.cells = std::move(cells);
   return coarse ? *std::move(coarse) : std::move(surface);
 }
 

@@ -18,9 +18,40 @@ namespace {
 // mesh, 3 took about 5 % off the vertex bits of 2 on droplets, splash and head scan; to the volume's
 // isosurface more.
 constexpr std::uint32_t kTangentialRatio = 3;
-// Where the rate is weighed, many residuals are smaller than the nearest: a finer step makes up for it, at
-// fewer bits.
+// P frames predict tangential components well: at 1.5 times these steps their vertices are as far from the
+// extractor's as those of I frames (0.037 and 0.037 cells on droplets, 0.051 and 0.050 on the splash).
+constexpr std::uint32_t kPredictedTangentialRatio = 9;  // halves
+// Where profile main weighs the rate, many residuals are smaller than the nearest: a finer step makes up for
+// it, at fewer bits.
 constexpr double kWeighedStep = 0.7;
+
+/// Squared distances of decoded vertices from the extractor's, in cells squared.
+struct Errors {
+  double mean = 0, largest = 0;
+};
+
+Errors errorsOf(std::span<const std::array<std::int32_t, 3>> decoded,
+                std::span<const std::array<std::int32_t, 3>> vertices) {
+  Errors errors;
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    double square = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double error = static_cast<double>(decoded[i][k] - vertices[i][k]) / kCell;
+      square += error * error;
+    }
+    errors.mean += square;
+    errors.largest = std::max(errors.largest, square);
+  }
+  if (!vertices.empty()) errors.mean /= static_cast<double>(vertices.size());
+  return errors;
+}
+
+/// Bytes that a frame of so many vertices would take more at the other one's error: a bit for each component
+/// halves it.
+double bytesToReach(const Errors& other, const Errors& errors, std::size_t vertices) {
+  if (errors.mean <= other.mean || other.mean == 0) return 0;
+  return 3.0 / 8 * static_cast<double>(vertices) * std::log2(errors.mean / other.mean) / 2;
+}
 
 }  // namespace
 
@@ -33,6 +64,11 @@ struct Encoder::State {
   Reference reference;
   PacketModels models;
   HeightFrame heights;
+
+  /// `vertices` in their cells. `volume`: what they are from; null when that is not known.
+  Result<Packet> code(const Volume* volume, const SignBitmap& bitmap, std::span<const Cell> cells,
+                      std::span<const std::array<std::int32_t, 3>> vertices, const FrameTiming& timing,
+                      PacketSizes* sizes);
 };
 
 Encoder::Encoder(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -81,10 +117,43 @@ Result<Packet> Encoder::encode(const Volume& volume, const FrameTiming& timing, 
   const std::vector<Cell> cells = bitmap.activeCells(settings.parallel);
   if (cells.size() > 0xFFFFFFFFu / 4)
     return {ErrorCode::kLimit, "the surface has more than 2^30 vertices (spec codec 3.1)"};
+  const auto vertices = placeVertices(volume, timing.isovalue, cells, settings.placement, settings.parallel);
+  return state_->code(&volume, bitmap, cells, vertices, timing, sizes);
+}
 
+Result<Packet> Encoder::encodeAgain(const Surface& surface, std::span<const Cell> cells, bool filled,
+                                    const FrameTiming& timing, PacketSizes* sizes) {
+  const Grid& grid = state_->settings.configuration.grid;
+  if (surface.grid.nodes != grid.nodes || cells.size() != surface.vertices.size()) {
+    return {ErrorCode::kInvalidArgument, "frame " + std::to_string(timing.number) +
+                                             ": its grid or its cells are not those of the surface"};
+  }
+  std::vector<std::array<std::int32_t, 3>> vertices(cells.size());
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const std::array<std::int32_t, 3> corner{cells[i].x, cells[i].y, cells[i].z};
+    for (std::size_t k = 0; k < 3; ++k) {
+      vertices[i][k] = surface.vertices[i][k] - corner[k] * kCell;
+      if (corner[k] + 1 >= static_cast<std::int32_t>(grid.nodes[k]) || vertices[i][k] < 0 ||
+          vertices[i][k] > kCell) {
+        return {ErrorCode::kInvalidArgument, "frame " + std::to_string(timing.number) + ": vertex " +
+                                                 std::to_string(i) + " is not in its cell of the grid"};
+      }
+    }
+  }
+  ISOREEL_ASSIGN(Packet packet, state_->code(nullptr, SignBitmap::fromCells(grid.nodes, cells, filled), cells,
+                                             vertices, timing, sizes));
+  packet.header.error_kind = ErrorKind::kNone;  // what the surface was made from is not known here
+  packet.header.error_rms = packet.header.error_max = 0;
+  return packet;
+}
+
+Result<Packet> Encoder::State::code(const Volume* volume, const SignBitmap& bitmap,
+                                    std::span<const Cell> cells,
+                                    std::span<const std::array<std::int32_t, 3>> vertices,
+                                    const FrameTiming& timing, PacketSizes* sizes) {
+  const Grid& grid = settings.configuration.grid;
   CellIndex index;
   index.build(cells);
-  const auto vertices = placeVertices(volume, timing.isovalue, cells, settings.placement, settings.parallel);
   PacketHeader header;
   header.number = timing.number;
   header.time = timing.time;
@@ -92,7 +161,7 @@ Result<Packet> Encoder::encode(const Volume& volume, const FrameTiming& timing, 
   header.isovalue = timing.isovalue;
   header.step = settings.configuration.step;
   const bool main = settings.configuration.profile == Profile::kMain;
-  if (main && settings.heights.weigh_rate)
+  if (main && volume != nullptr && settings.heights.weigh_rate)
     header.step = std::max(1u, static_cast<std::uint32_t>(std::lround(kWeighedStep * header.step)));
   header.tangential_step = std::min<std::uint32_t>(kTangentialRatio * header.step, kCell);
   header.vertices = static_cast<std::uint32_t>(cells.size());
@@ -101,43 +170,40 @@ Result<Packet> Encoder::encode(const Volume& volume, const FrameTiming& timing, 
       grid,     bitmap,
       cells,    index,
       vertices, {static_cast<std::int32_t>(header.step), static_cast<std::int32_t>(header.tangential_step)}};
-  State& state = *state_;
+  std::optional<VolumeField> field;
+  if (main && volume != nullptr)
+    field.emplace(*volume, timing.isovalue, settings.configuration.inside, cells);
   ISOREEL_ASSIGN(CodedFrame coded,
-                 main ? codeIntraHeights(
-                            input, VolumeField(volume, timing.isovalue, settings.configuration.inside, cells),
-                            settings.configuration.tools, settings.heights, settings.parallel, state.heights)
+                 main ? codeIntraHeights(input, field ? &*field : nullptr, settings.configuration.tools,
+                                         settings.heights, settings.parallel, heights)
                       : codeIntra(input));
+  Errors errors = errorsOf(coded.decoded, vertices);
   const bool predicts = (settings.configuration.tools & kToolPrediction) != 0;
-  if (predicts && state.last && timing.number == *state.last + 1 &&
-      timing.number - state.key < settings.gop) {
-    ISOREEL_ASSIGN(CodedFrame predicted,
-                   codePredicted(input, state.reference, settings.motion, state.models));
-    // An I frame is a place to seek to: worth a fiftieth of it.
-    if (50 * predicted.payload.size() < 49 * (coded.payload.size() + state.record.size())) {
+  if (predicts && last && timing.number == *last + 1 && timing.number - key < settings.gop) {
+    FrameInput with_reference = input;
+    with_reference.steps.tangential = static_cast<std::int32_t>(
+        std::min<std::uint32_t>(kPredictedTangentialRatio * header.step / 2, kCell));
+    ISOREEL_ASSIGN(CodedFrame predicted, codePredicted(with_reference, reference, settings.motion, models));
+    // Where little is predicted, the P frame's coarser steps must not pass for a saving. An I frame is a
+    // place to seek to: worth a fiftieth of it.
+    const Errors predicted_errors = errorsOf(predicted.decoded, vertices);
+    const double bytes =
+        static_cast<double>(predicted.payload.size()) + bytesToReach(errors, predicted_errors, cells.size());
+    if (50 * bytes < 49 * static_cast<double>(coded.payload.size() + record.size())) {
+      errors = predicted_errors;
       coded = std::move(predicted);
       header.type = PacketType::kPredicted;
       header.references = {1};
+      header.tangential_step = static_cast<std::uint32_t>(with_reference.steps.tangential);
     }
   }
   if (header.type == PacketType::kIntra) {
-    header.configuration = state.record;
-    state.key = timing.number;
+    header.configuration = record;
+    key = timing.number;
   }
   header.sections = coded.sections;
 
   Packet packet;
-  // Profile main lets vertices slide: where the extractor had them says nothing of the distance.
-  double squares = 0, largest = 0;
-  for (std::size_t i = 0; i < cells.size() && !main; ++i) {
-    double square = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const double error = static_cast<double>(coded.decoded[i][k] - vertices[i][k]) / kCell;
-      square += error * error;
-    }
-    squares += square;
-    largest = std::max(largest, square);
-  }
-
   Surface surface;
   surface.grid = grid;
   toGridPositions(cells, coded.decoded);
@@ -146,16 +212,18 @@ Result<Packet> Encoder::encode(const Volume& volume, const FrameTiming& timing, 
 
   FrameHeader& facts = packet.header;
   facts.number = timing.number;
-  facts.key = state.key;
+  facts.position = timing.number;
+  facts.back = timing.number - key;
   facts.type = header.type;
   facts.time = timing.time;
   facts.duration = timing.duration;
   facts.isovalue = timing.isovalue;
   measureSurface(surface, cells, bitmap.insideCells(), facts);
-  facts.error_kind = main ? ErrorKind::kNone : ErrorKind::kExtracted;
-  facts.error_rms =
-      static_cast<float>(cells.empty() ? 0 : std::sqrt(squares / static_cast<double>(cells.size())));
-  facts.error_max = static_cast<float>(std::sqrt(largest));
+  if (!main) {  // vertices of main slide: where the extractor had them says nothing of the distance
+    facts.error_kind = ErrorKind::kExtracted;
+    facts.error_rms = static_cast<float>(std::sqrt(errors.mean));
+    facts.error_max = static_cast<float>(std::sqrt(errors.largest));
+  }
 
   header.faces = facts.faces;
   header.surface_hash = facts.surface_hash;
@@ -165,9 +233,9 @@ Result<Packet> Encoder::encode(const Volume& volume, const FrameTiming& timing, 
     sizes->other = packet.data.size() - coded.payload.size();
   }
   if (predicts) {
-    state.reference.build(surface, cells, index);
-    state.models = std::move(coded.models);
-    state.last = timing.number;
+    reference.build(surface, cells);
+    models = std::move(coded.models);
+    last = timing.number;
   }
   return packet;
 }

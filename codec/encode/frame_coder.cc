@@ -31,7 +31,7 @@ std::int32_t rounded(double value, std::int32_t step) {
 
 Result<CodedFrame> codeIntra(const FrameInput& frame) {
   CodedFrame coded;
-  ISOREEL_TRY(writeSigns(frame, coded));
+  ISOREEL_TRY(SignWriter(frame, coded).writeAll());
   coded.decoded.resize(frame.cells.size());
   addSection(coded, SectionKind::kVertices, 0, [&](RangePut& coder) {
     for (std::size_t i = 0; i < frame.cells.size(); ++i) {
@@ -52,30 +52,31 @@ Result<CodedFrame> codePredicted(const FrameInput& frame, const Reference& refer
                                  const MotionSettings& settings, const PacketModels& models) {
   CodedFrame coded;
   coded.models = models;
-  ISOREEL_TRY(writeSigns(frame, coded));
-
+  SignWriter signs(frame, coded);
+  NothingMoved nothing;
   PredictionHeader header;
   header.block_log2 = settings.block_log2;
+  const std::uint32_t block_level = blockLevel(signs.depth(), header.block_log2);
+  for (std::uint32_t level = 0; level <= block_level; ++level) ISOREEL_TRY(signs.write(level, nothing));
+
   MotionField motion;
-  motion.build(frame.cells, header.block_log2, header.vector_step);
+  motion.build(signs.cells(), header.block_log2, header.vector_step);
+  motion.assign(frame.cells);
   std::vector<std::array<float, 3>> points(frame.cells.size());
+  std::vector<std::array<double, 3>> wanted(frame.cells.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Cell& cell = frame.cells[i];
     const std::array<std::uint16_t, 3> corner{cell.x, cell.y, cell.z};
     for (std::size_t k = 0; k < 3; ++k)
       points[i][k] = static_cast<float>(corner[k]) + static_cast<float>(frame.vertices[i][k]) / kCell;
+    wanted[i] = components(frame.vertices[i], kLocalFrames[cell.corners]);
   }
   searchMotion(reference, points, settings, header.vector_step, motion);
 
-  std::vector<Residual> residuals(frame.cells.size());
-  std::vector<double> wanted(frame.cells.size());
-  for (std::size_t i = 0; i < residuals.size(); ++i) {
-    const auto along = components(frame.vertices[i], kLocalFrames[frame.cells[i].corners]);
-    wanted[i] = along[0];
-    residuals[i] = {0, rounded(along[1], frame.steps.tangential), rounded(along[2], frame.steps.tangential)};
-  }
-  const auto predictions = predictVertices(reference, motion, frame.cells, residuals, frame.steps);
-  fitPrediction(frame.cells, frame.index, predictions, frame.vertices, wanted, frame.steps.normal, header);
+  std::vector<MovedPlane> planes(frame.cells.size());
+  MovedPlanes moved_planes(reference.field(), motion, frame.cells);
+  for (std::uint32_t i = 0; i < planes.size(); ++i) planes[i] = moved_planes(i);
+  fitPrediction(frame.cells, frame.index, planes, frame.vertices, wanted, frame.steps.normal, header);
 
   const std::size_t motion_start = coded.payload.size();
   ISOREEL_TRY(writeSized(coded.payload, header));
@@ -89,15 +90,25 @@ Result<CodedFrame> codePredicted(const FrameInput& frame, const Reference& refer
   coded.sections.back().bytes += head;
   coded.sizes.motion = coded.sections.back().bytes;
 
+  MovedSigns moved(reference.field(), motion, coded.models.moved_signs);
+  for (std::uint32_t level = block_level + 1; level <= signs.depth(); ++level) {
+    moved.start(signs.depth() - level);
+    ISOREEL_TRY(signs.write(level, moved));
+  }
+
+  struct Choice {
+    const FrameInput& frame;
+    const std::vector<std::array<double, 3>>& wanted;
+    std::int32_t residual(std::uint32_t i, std::size_t component, std::int32_t expected) const {
+      return rounded(wanted[i][component] - expected,
+                     component == 0 ? frame.steps.normal : frame.steps.tangential);
+    }
+  } choice{frame, wanted};
+  const auto plane_of = [&](std::uint32_t i) { return planes[i]; };
   coded.decoded.resize(frame.cells.size());
   addSection(coded, SectionKind::kVertices, 0, [&](RangePut& coder) {
-    codeTangents(coder, coded.models.vertices, frame.cells, residuals);
-    codeNormals(
-        coder, coded.models, header, frame.cells, frame.index, residuals, predictions, frame.steps,
-        [&](std::uint32_t i, std::int32_t expected) {
-          return rounded(wanted[i] - expected, frame.steps.normal);
-        },
-        coded.decoded);
+    codePredictedVertices(coder, coded.models.vertices, coded.models.predicted, header, frame.cells,
+                          frame.index, frame.steps, plane_of, choice, coded.decoded);
   });
   coded.sizes.vertices = coded.payload.size() - coded.sizes.signs - coded.sizes.motion;
   return coded;

@@ -7,6 +7,7 @@
 
 #include "extract/sign_bitmap.h"
 #include "inter/packet_models.h"
+#include "inter/reference.h"
 
 namespace isoreel {
 

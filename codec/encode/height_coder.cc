@@ -2,6 +2,7 @@
 #include "encode/height_coder.h"
 
 #include <cmath>
+#include <optional>
 
 #include "encode/height_fit.h"
 #include "encode/sections.h"
@@ -58,44 +59,59 @@ class ResidualCosts {
   double zero_, ones_, twos_, rest_;
 };
 
+/// How far along its normal a vertex lies from its predicted point, 1/16384 of a cell.
+double heightOf(const SignPrediction& predicted, std::size_t i, const std::array<std::int32_t, 3>& vertex) {
+  double height = 0;
+  for (std::size_t k = 0; k < 3; ++k)
+    height += static_cast<double>((vertex[k] - 8 * predicted.points[i].v[k]) * predicted.normals[i].v[k]);
+  return height / kCell;
+}
+
 std::int32_t limited(double value) {
   return static_cast<std::int32_t>(std::lround(std::clamp(value, -65535.0, 65535.0)));
 }
 
 }  // namespace
 
-Result<CodedFrame> codeIntraHeights(const FrameInput& frame, const VolumeField& field, std::uint32_t tools,
+Result<CodedFrame> codeIntraHeights(const FrameInput& frame, const VolumeField* field, std::uint32_t tools,
                                     const HeightSettings& choices, const ParallelFor& parallel,
                                     HeightFrame& heights) {
   CodedFrame coded;
   coded.models.signs.mixed = (tools & kToolMixedSigns) != 0;
-  ISOREEL_TRY(writeSigns(frame, coded));
+  ISOREEL_TRY(SignWriter(frame, coded).writeAll());
   if (frame.cells.empty()) return coded;
   heights.build(frame.cells, frame.index, frame.grid);
-  const std::vector<Quad> quads = dualQuads(frame.cells, frame.index);
-  SurfaceFit fit(field, frame.cells, heights, quads, frame.grid, parallel);
-  fit.toSurface();
-  if (choices.fit_triangles) fit.optimise(kFitRounds);
-  for (std::size_t i = 0; i < frame.cells.size(); ++i)
-    heights.heights[i] =
-        static_cast<std::int16_t>(std::clamp(std::lround(fit.heights()[i] * kCell), -32767L, 32767L));
+  std::optional<SurfaceFit> fit;
+  std::vector<Quad> quads;
+  if (field != nullptr) {
+    quads = dualQuads(frame.cells, frame.index);
+    fit.emplace(*field, frame.cells, heights, quads, frame.grid, parallel);
+    fit->toSurface();
+    if (choices.fit_triangles) fit->optimise(kFitRounds);
+  }
+  std::vector<double> wanted(frame.cells.size());  // 1/16384 of a cell
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    wanted[i] = fit ? static_cast<double>(fit->heights()[i]) * kCell
+                    : heightOf(heights.predicted, i, frame.vertices[i]);
+    heights.heights[i] = static_cast<std::int16_t>(std::lround(std::clamp(wanted[i], -32767.0, 32767.0)));
+  }
   const HeightHeader header = fitHeights(heights, tools);
 
   const std::int32_t step = frame.steps.normal;
   const double step_in_cells = static_cast<double>(step) / kCell;
   HeightModels models;
   const auto nearest = [&](std::uint32_t i, std::int32_t expected, const HeightContext&) {
-    return limited((static_cast<double>(fit.heights()[i]) * kCell - expected) / step);
+    return limited((wanted[i] - expected) / step);
   };
   const auto cheapest = [&](std::uint32_t i, std::int32_t expected, const HeightContext& context) {
-    const SurfaceFit::Bowl bowl = fit.bowl(i);
+    const SurfaceFit::Bowl bowl = fit->bowl(i);
     const ResidualCosts costs(models, context);
-    const double wanted = (static_cast<double>(bowl.best) * kCell - expected) / step;
-    const std::int32_t middle = limited(wanted);
+    const double exact = (static_cast<double>(bowl.best) * kCell - expected) / step;
+    const std::int32_t middle = limited(exact);
     std::int32_t best = 0;
     double least = 1e30;
     for (const std::int32_t residual : {middle, middle - (middle > 0) + (middle < 0), 0}) {
-      const double error = (wanted - residual) * step_in_cells;
+      const double error = (exact - residual) * step_in_cells;
       const double sum = static_cast<double>(bowl.curvature) * error * error +
                          kBitWorth[context.colour] * step_in_cells * step_in_cells * costs.of(residual);
       if (sum < least) {
@@ -103,7 +119,7 @@ Result<CodedFrame> codeIntraHeights(const FrameInput& frame, const VolumeField& 
         best = residual;
       }
     }
-    fit.set(i, static_cast<float>(std::clamp(expected + best * step, -32767, 32767)) / kCell);
+    fit->set(i, static_cast<float>(std::clamp(expected + best * step, -32767, 32767)) / kCell);
     return best;
   };
   const std::size_t start = coded.payload.size();
@@ -116,9 +132,9 @@ Result<CodedFrame> codeIntraHeights(const FrameInput& frame, const VolumeField& 
     coder.finish();
     return status;
   };
-  if (choices.weigh_rate) {
+  if (fit && choices.weigh_rate) {
     for (int pass = 0; pass < kRatePasses; ++pass) {
-      fit.linearise();
+      fit->linearise();
       ISOREEL_TRY(write(cheapest));
     }
   } else {

@@ -4,6 +4,8 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
+#include "inter/coded_neighbours.h"
+
 namespace isoreel {
 namespace {
 
@@ -13,40 +15,52 @@ std::uint8_t inSixtyFourths(double weight, double max) {
 
 }  // namespace
 
-void fitPrediction(std::span<const Cell> cells, const CellIndex& index,
-                   const std::vector<SurfacePrediction>& predictions,
-                   std::span<const std::array<std::int32_t, 3>> vertices, std::span<const double> wanted,
-                   std::int32_t step, PredictionHeader& header) {
-  std::array<Eigen::Matrix3d, kConfidences> squares;
-  std::array<Eigen::Vector3d, kConfidences> products;
-  for (std::size_t c = 0; c < kConfidences; ++c) {
-    squares[c] = Eigen::Matrix3d::Identity() * kCell;  // keeps classes of few vertices tame
-    products[c] = Eigen::Vector3d::Zero();
-  }
+void fitPrediction(std::span<const Cell> cells, const CellIndex& index, const std::vector<MovedPlane>& planes,
+                   std::span<const std::array<std::int32_t, 3>> vertices,
+                   std::span<const std::array<double, 3>> wanted, std::int32_t step,
+                   PredictionHeader& header) {
+  struct Inputs {
+    Eigen::Matrix3d squares = Eigen::Matrix3d::Identity() * kCell;  // keeps classes of few vertices tame
+    Eigen::Vector3d products = Eigen::Vector3d::Zero();
+    double tangent_squares = kCell, tangent_products = 0;
+  };
+  std::array<Inputs, kConfidences> fits;
   // The decoder's neighbours are these but for the quantiser.
-  Decoded neighbours(cells, index);
-  std::vector<CodedNeighbours> around(cells.size());
+  CodedNeighbours neighbours(index, vertices);
+  std::vector<Eigen::Vector3d> inputs(cells.size());
   for (std::uint32_t i = 0; i < cells.size(); ++i) {
-    if (predictions[i].offset == SurfacePrediction::kNone) {
-      neighbours.set(i, vertices[i], Decoded::kNone);
+    const MovedPlane& plane = planes[i];
+    if (!plane.known) {
+      neighbours.skip(i);
       continue;
     }
-    around[i] = neighbours.around(i);
-    neighbours.set(i, vertices[i], static_cast<std::int32_t>(wanted[i]) - predictions[i].offset);
-    const Eigen::Vector3d inputs(predictions[i].offset, around[i].error, around[i].height);
-    squares[predictions[i].confidence] += inputs * inputs.transpose();
-    products[predictions[i].confidence] += inputs * wanted[i];
+    const LocalFrame& frame = kLocalFrames[cells[i].corners];
+    const CodedNeighbours::Means around = neighbours.around(i, cells[i], frame);
+    const std::int32_t surface =
+        plane.offset(frame, {0, std::lround(wanted[i][1]), std::lround(wanted[i][2])});
+    neighbours.set(i, static_cast<std::int32_t>(wanted[i][0]) - surface);
+    inputs[i] = {static_cast<double>(surface), static_cast<double>(around.error),
+                 static_cast<double>(around.height)};
+    Inputs& fit = fits[plane.confidence];
+    fit.squares += inputs[i] * inputs[i].transpose();
+    fit.products += inputs[i] * wanted[i][0];
+    for (std::size_t t = 0; t < 2; ++t) {
+      fit.tangent_squares += static_cast<double>(plane.tangents[t]) * plane.tangents[t];
+      fit.tangent_products += plane.tangents[t] * wanted[i][t + 1];
+    }
   }
   for (std::size_t c = 0; c < kConfidences; ++c) {
-    const Eigen::Vector3d weights = squares[c].ldlt().solve(products[c]);
-    for (std::size_t k = 0; k < 3; ++k)
-      header.weights[c][k] = inSixtyFourths(weights[static_cast<Eigen::Index>(k)], 128);
+    const Eigen::Vector3d weights = fits[c].squares.ldlt().solve(fits[c].products);
+    header.weights[c] = {inSixtyFourths(fits[c].tangent_products / fits[c].tangent_squares, 128),
+                         inSixtyFourths(weights[0], 128), inSixtyFourths(weights[1], 128),
+                         inSixtyFourths(weights[2], 128)};
   }
 
   std::array<double, 3> sums{}, counts{};
   for (std::uint32_t i = 0; i < cells.size(); ++i) {
-    if (predictions[i].offset == SurfacePrediction::kNone) continue;
-    const double error = wanted[i] - expectedOffset(header, predictions[i], around[i]);
+    if (!planes[i].known) continue;
+    const PredictionHeader::Weights& w = header.weights[planes[i].confidence];
+    const double error = wanted[i][0] - inputs[i].dot(Eigen::Vector3d(w.normal, w.error, w.height)) / 64;
     const auto magnitude = static_cast<std::int32_t>(std::lround(std::abs(error) / step));
     if (magnitude < 1 || magnitude > 3) continue;
     sums[static_cast<std::size_t>(magnitude - 1)] += std::abs(error) / step;

@@ -4,16 +4,68 @@
 #include <algorithm>
 #include <bit>
 #include <limits>
+#include <optional>
 
 namespace isoreel {
 
-Result<SignBitmap> SignBitmap::make(const Volume& volume, double isovalue, Inside inside,
-                                    NonFinite non_finite, const ParallelFor& parallel) {
-  const auto& nodes = volume.grid.nodes;
+SignBitmap SignBitmap::empty(const std::array<std::uint32_t, 3>& nodes) {
   SignBitmap result;
   result.nodes_ = nodes;
   result.row_words_ = (nodes[0] + 63) / 64;
   result.words_.assign(result.row_words_ * nodes[1] * nodes[2], 0);
+  return result;
+}
+
+// Neighbours differ in sign only where an active cell knows both of them. So whatever is not known is as the
+// nodes before it in its row, or behind them at the start; a row of which nothing is known is as the row
+// beside it.
+SignBitmap SignBitmap::fromCells(const std::array<std::uint32_t, 3>& nodes, std::span<const Cell> cells,
+                                 bool filled) {
+  SignBitmap known = empty(nodes), inside = empty(nodes);
+  for (const Cell& cell : cells) {
+    for (std::uint32_t j = 0; j < 8; ++j) {
+      const std::uint32_t x = cell.x + (j & 1), y = cell.y + (j >> 1 & 1), z = cell.z + (j >> 2);
+      known.set(x, y, z);
+      if (cell.corners >> j & 1) inside.set(x, y, z);
+    }
+  }
+  const auto firstKnown = [&](std::uint32_t y, std::uint32_t z) {
+    const std::uint64_t* row = known.row(y, z);
+    for (std::size_t w = 0; w < known.row_words_; ++w) {
+      if (row[w] != 0)
+        return static_cast<std::uint32_t>(w * 64) + static_cast<std::uint32_t>(std::countr_zero(row[w]));
+    }
+    return nodes[0];
+  };
+  std::optional<bool>
+      start;  // the sign at the start of the row before; in front of all, that of the first that is known
+  for (std::uint32_t row = 0; row < nodes[1] * std::uint64_t{nodes[2]} && !start; ++row) {
+    const std::uint32_t x = firstKnown(row % nodes[1], row / nodes[1]);
+    if (x < nodes[0]) start = inside.at(x, row % nodes[1], row / nodes[1]);
+  }
+  for (std::uint32_t z = 0; z < nodes[2]; ++z) {
+    for (std::uint32_t y = 0; y < nodes[1]; ++y) {
+      const std::uint32_t first = firstKnown(y, z);
+      bool sign = start.value_or(filled);
+      if (y == 0 && z > 0) sign = inside.at(0, 0, z - 1);
+      if (first < nodes[0]) sign = inside.at(first, y, z);
+      start = sign;
+      for (std::uint32_t x = 0; x < nodes[0]; ++x) {
+        if (known.at(x, y, z)) {
+          sign = inside.at(x, y, z);
+        } else if (sign) {
+          inside.set(x, y, z);
+        }
+      }
+    }
+  }
+  return inside;
+}
+
+Result<SignBitmap> SignBitmap::make(const Volume& volume, double isovalue, Inside inside,
+                                    NonFinite non_finite, const ParallelFor& parallel) {
+  const auto& nodes = volume.grid.nodes;
+  SignBitmap result = empty(nodes);
   constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
   std::vector<std::size_t> first_bad(nodes[2], kNone);
   parallel(nodes[2], [&](std::size_t z) {

@@ -4,6 +4,7 @@
 #include <isoreel/base/parallel.h>
 #include <isoreel/codec/encoder.h>
 
+#include <span>
 #include <vector>
 
 #include "lattice/cell_index.h"
@@ -18,6 +19,11 @@ class SignBitmap {
   static Result<SignBitmap> make(const Volume& volume, double isovalue, Inside inside, NonFinite non_finite,
                                  const ParallelFor& parallel);
 
+  /// The signs that go with `cells`, all active cells of a surface; `filled`: whether all is inside when
+  /// there are none.
+  static SignBitmap fromCells(const std::array<std::uint32_t, 3>& nodes, std::span<const Cell> cells,
+                              bool filled);
+
   bool at(std::uint32_t x, std::uint32_t y, std::uint32_t z) const {
     return row(y, z)[x / 64] >> (x % 64) & 1;
   }
@@ -28,6 +34,10 @@ class SignBitmap {
   double insideCells() const;
 
  private:
+  static SignBitmap empty(const std::array<std::uint32_t, 3>& nodes);
+  void set(std::uint32_t x, std::uint32_t y, std::uint32_t z) {
+    words_[(std::size_t{z} * nodes_[1] + y) * row_words_ + x / 64] |= std::uint64_t{1} << (x % 64);
+  }
   const std::uint64_t* row(std::uint32_t y, std::uint32_t z) const {
     return words_.data() + (std::size_t{z} * nodes_[1] + y) * row_words_;
   }

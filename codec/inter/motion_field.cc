@@ -2,25 +2,26 @@
 #include "inter/motion_field.h"
 
 namespace isoreel {
-namespace {
-
-std::int64_t floorDivide(std::int64_t a, std::int64_t b) { return a >= 0 ? a / b : -((b - 1 - a) / b); }
-
-}  // namespace
-
-void MotionField::build(std::span<const Cell> cells, std::uint32_t block_log2, std::uint32_t vector_step) {
+void MotionField::build(std::span<const Cell> level, std::uint32_t block_log2, std::uint32_t vector_step) {
   block_log2_ = block_log2;
   vector_step_ = vector_step;
   blocks_.clear();
   map_.clear();
-  for (std::uint32_t i = 0; i < cells.size(); ++i) {
-    const std::int32_t x = cells[i].x >> block_log2, y = cells[i].y >> block_log2,
-                       z = cells[i].z >> block_log2;
-    if (blocks_.empty() || blocks_.back().x != x || blocks_.back().y != y || blocks_.back().z != z) {
-      blocks_.push_back({x, y, z, i, 0, false, {}});
-      map_.findOrAdd(x, y, z);
+  for (const Cell& cell : level) {
+    blocks_.push_back({cell.x, cell.y, cell.z, 0, 0, false, {}});
+    map_.findOrAdd(cell.x, cell.y, cell.z);
+  }
+}
+
+void MotionField::assign(std::span<const Cell> active) {
+  std::uint32_t next = 0;
+  for (Block& block : blocks_) {
+    block.first = next;
+    while (next < active.size() && active[next].x >> block_log2_ == block.x &&
+           active[next].y >> block_log2_ == block.y && active[next].z >> block_log2_ == block.z) {
+      ++next;
     }
-    ++blocks_.back().count;
+    block.count = next - block.first;
   }
 }
 
@@ -39,44 +40,38 @@ MotionField::Expected MotionField::expected(const Block& block) const {
 }
 
 MotionField::Interpolation::Interpolation(const MotionField& field, const Block& block)
-    : side_(std::int32_t{1} << field.block_log2_), step_(static_cast<std::int32_t>(field.vector_step_)) {
+    : side_(std::int32_t{1} << field.block_log2_),
+      shift_(3 * static_cast<std::int32_t>(field.block_log2_) + 3) {
   for (std::int32_t i = 0; i < 27; ++i) {
     const Block* found = field.find(block.x + i % 3 - 1, block.y + i / 3 % 3 - 1, block.z + i / 9 - 1);
-    if (found != nullptr && found->moves) around_[static_cast<std::size_t>(i)] = found;
+    around_[static_cast<std::size_t>(i)] = field.motionOf(found != nullptr && found->moves ? *found : block);
   }
 }
 
-std::array<std::int32_t, 3> MotionField::Interpolation::at(const Cell& cell) const {
-  // Distance of the cell's middle from the block's, in half cells, and the block on that side.
-  const std::array<std::int32_t, 3> inside{2 * (cell.x & (side_ - 1)) + 1 - side_,
-                                           2 * (cell.y & (side_ - 1)) + 1 - side_,
-                                           2 * (cell.z & (side_ - 1)) + 1 - side_};
+void MotionField::Interpolation::enter(std::uint32_t octant) {
+  octant_ = octant;
   constexpr std::array<std::int32_t, 3> kStride{1, 3, 9};
-  std::array<std::int64_t, 3> sum{};
-  std::int64_t weights = 0;
-  for (std::uint32_t corner = 0; corner < 8; ++corner) {
-    std::int64_t weight = 1;
-    std::int32_t place = 13;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::int32_t away = std::abs(inside[k]);
-      const bool beyond = corner >> k & 1;
-      weight *= beyond ? away : 2 * side_ - away;
-      if (beyond) place += inside[k] < 0 ? -kStride[k] : kStride[k];
-    }
-    const Block* block = around_[static_cast<std::size_t>(place)];
-    if (block == nullptr) continue;
-    weights += weight;
-    for (std::size_t k = 0; k < 3; ++k) sum[k] += weight * block->vector[k];
-  }
-  const int log2 = std::countr_zero(static_cast<std::uint32_t>(side_));
-  const std::int64_t all = std::int64_t{1} << (3 * log2 + 3);  // what the eight weights come to
-  std::array<std::int32_t, 3> result{};
   for (std::size_t k = 0; k < 3; ++k) {
-    const std::int64_t moved = sum[k] * step_;
-    result[k] =
-        static_cast<std::int32_t>(weights == all ? moved >> (3 * log2 + 3) : floorDivide(moved, weights));
+    auto& terms = terms_[k];
+    for (std::uint32_t corner = 0; corner < 8; ++corner) {
+      std::int32_t place = 13;
+      for (std::uint32_t axis = 0; axis < 3; ++axis) {
+        if (corner >> axis & 1) place += octant >> axis & 1 ? kStride[axis] : -kStride[axis];
+      }
+      terms[corner] = around_[static_cast<std::size_t>(place)][k];
+    }
+    // From values at the corners to terms, an axis at a time.
+    for (std::uint32_t axis = 1; axis < 8; axis <<= 1) {
+      for (std::uint32_t corner = 0; corner < 8; ++corner) {
+        if (corner & axis) {
+          terms[corner] -= terms[corner ^ axis];
+        }
+      }
+      for (std::uint32_t corner = 0; corner < 8; ++corner) {
+        if ((corner & axis) == 0) terms[corner] *= 2 * side_;
+      }
+    }
   }
-  return result;
 }
 
 }  // namespace isoreel

@@ -31,13 +31,26 @@ struct MotionModels {
   std::array<std::array<ResidualModels, 4>, 3> difference;
 };
 
+/// The octree level whose divided cells are the blocks: those of 2^block_log2 grid cells a side, or the root.
+inline std::uint32_t blockLevel(std::uint32_t depth, std::uint32_t block_log2) {
+  return depth > block_log2 ? depth - block_log2 : 0;
+}
+
 class MotionField {
  public:
   static constexpr std::int32_t kMaxMotion = 64 * kCell;
 
-  /// Cuts `cells`, in Morton order, into blocks of 2^block_log2 cells a side that stand still.
-  /// `vector_step`: 1/16384 of a cell.
-  void build(std::span<const Cell> cells, std::uint32_t block_log2, std::uint32_t vector_step);
+  /// Makes a block that stands still of each cell of the level whose cells have 2^block_log2 grid cells a
+  /// side (or of the root, when that is smaller). `vector_step`: 1/16384 of a cell.
+  void build(std::span<const Cell> level, std::uint32_t block_log2, std::uint32_t vector_step);
+  /// Gives each block its active cells; those are in Morton order, and all lie in blocks.
+  void assign(std::span<const Cell> active);
+  std::uint32_t blockLog2() const { return block_log2_; }
+  /// Of a block that moves, in 1/16384 of a cell.
+  std::array<std::int32_t, 3> motionOf(const Block& block) const {
+    const auto step = static_cast<std::int32_t>(vector_step_);
+    return {block.vector[0] * step, block.vector[1] * step, block.vector[2] * step};
+  }
 
   std::vector<Block>& blocks() { return blocks_; }
   const std::vector<Block>& blocks() const { return blocks_; }
@@ -68,17 +81,38 @@ class MotionField {
     return {};
   }
 
-  /// Vectors of the cells of one block: those of the eight nearest blocks that move, interpolated between
-  /// their centres.
+  /// Vectors inside one block that moves: those of the eight nearest blocks, interpolated between their
+  /// middles. A block that is not there, or does not move, counts as one that moves like this.
   class Interpolation {
    public:
     Interpolation(const MotionField& field, const Block& block);
-    /// In 1/16384 of a cell.
-    std::array<std::int32_t, 3> at(const Cell& cell) const;
+    /// At a cell's middle, in 1/16384 of a cell.
+    std::array<std::int32_t, 3> at(const Cell& cell) {
+      const std::int32_t last = side_ - 1;
+      std::array<std::int32_t, 3> inside{2 * (cell.x & last) - last, 2 * (cell.y & last) - last,
+                                         2 * (cell.z & last) - last};  // from the block's middle, half cells
+      const std::uint32_t octant = (inside[0] > 0) | (inside[1] > 0) << 1 | (inside[2] > 0) << 2;
+      if (octant != octant_) enter(octant);
+      for (std::int32_t& i : inside) i = std::abs(i);
+      const std::int64_t x = inside[0], y = inside[1], z = inside[2];
+      std::array<std::int32_t, 3> result{};
+      for (std::size_t k = 0; k < 3; ++k) {
+        const auto& t = terms_[k];
+        result[k] = static_cast<std::int32_t>(
+            (t[0] + t[1] * x + (t[2] + t[3] * x) * y + (t[4] + t[5] * x + (t[6] + t[7] * x) * y) * z) >>
+            shift_);
+      }
+      return result;
+    }
 
    private:
-    std::array<const Block*, 27> around_{};
-    std::int32_t side_, step_;
+    void enter(std::uint32_t octant);
+
+    std::array<std::array<std::int32_t, 3>, 27> around_{};
+    std::int32_t side_, shift_;
+    std::uint32_t octant_ = 8;  // whose terms these are
+    std::array<std::array<std::int64_t, 8>, 3>
+        terms_{};  // of the vector, times (2 side)³: 1, x, y, xy, z, xz, yz, xyz
   };
 
  private:

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "inter/prediction.h"
+#include "inter/moved_signs.h"
+#include "inter/vertex_stream.h"
+#include "intra/height_models.h"
 #include "intra/sign_context.h"
 
 namespace isoreel {
@@ -12,13 +14,17 @@ struct PacketModels {
   SignTreeModels signs;
   VertexModels vertices;
   MotionModels motion;
-  InterModels predicted;
+  MovedSignModels moved_signs;
+  PredictedModels predicted;
+  HeightModels heights;  // profile main
 
   void reset() {
     signs.reset();
     vertices.reset();
     motion = {};
+    moved_signs.reset();
     predicted.reset();
+    heights.reset();
   }
 };
 

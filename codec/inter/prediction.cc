@@ -1,108 +1,124 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "inter/prediction.h"
 
+#include "lattice/bits.h"
+
 namespace isoreel {
 namespace {
 
-// How the spread of the planes' distances grades: variances of 0.03, 0.08 and 0.15 cells squared, 1/2^20.
-constexpr std::array<std::int64_t, 3> kSpreads{944, 6711, 23593};
-// The surface may meet the local frame's normal at no flatter an angle than this: cosine 0.4 in 1/4096.
-constexpr std::int64_t kFlattest = 1638;
+// How the distances at the corners of a cell of the reference depart from a plane, by bendOf(): 0.0005, 0.004
+// and 0.015 cells squared in the mean, times 64, in 1/2^24.
+constexpr std::array<std::int64_t, 3> kBends{1 << 19, 1 << 22, 1 << 24};
+// The surface may meet the local frame's normal at no flatter an angle than this: cosine 0.4 in 1/16384.
+constexpr std::int32_t kFlattest = 6554;
 
-// Which configurations' normals look the same way: cosine above 0.2.
-const auto kSameWay = [] {
-  std::array<std::array<std::uint64_t, 4>, 256> table{};
-  for (std::size_t a = 0; a < 256; ++a) {
-    for (std::size_t b = 0; b < 256; ++b) {
-      std::int64_t cosine = 0;
-      for (std::size_t k = 0; k < 3; ++k)
-        cosine += std::int64_t{kLocalFrames[a].normal[k]} * kLocalFrames[b].normal[k];
-      if (cosine > 53687091) table[a][b / 64] |= std::uint64_t{1} << (b % 64);
+/// The sign-changing edges of a configuration.
+struct Edges {
+  // By axis, then whether they go from outside to inside: their lower corners, one bit each.
+  std::array<std::array<std::uint8_t, 2>, 3> from{};
+  std::int32_t part = 0;  // 65536 / their number
+};
+
+constexpr auto kEdges = [] {
+  std::array<Edges, 256> table{};
+  for (std::uint32_t c = 0; c < 256; ++c) {
+    std::int32_t count = 0;
+    for (std::uint32_t corner = 0; corner < 8; ++corner) {
+      for (std::uint32_t axis = 0; axis < 3; ++axis) {
+        const std::uint32_t other = corner | 1u << axis;
+        if (other == corner || ((c >> corner ^ c >> other) & 1) == 0) continue;
+        std::uint8_t& from = table[c].from[axis][(c >> corner & 1) == 0];
+        from = static_cast<std::uint8_t>(from | 1u << corner);
+        ++count;
+      }
     }
+    if (count > 0) table[c].part = 65536 / count;
   }
   return table;
 }();
 
+// How far the values at the corners of a cell are from a linear function: the squares of what they have of
+// xy, xz, yz and xyz.
+std::int64_t bendOf(const std::array<std::int16_t, 8>& v) {
+  std::array<std::int32_t, 4> sum{}, difference{};  // along x
+  for (std::size_t i = 0; i < 4; ++i) {
+    sum[i] = v[2 * i] + v[2 * i + 1];
+    difference[i] = v[2 * i] - v[2 * i + 1];
+  }
+  const std::int64_t yz = sum[0] - sum[1] - sum[2] + sum[3];
+  const std::int64_t xz = difference[0] + difference[1] - difference[2] - difference[3];
+  const std::int64_t xy = difference[0] - difference[1] + difference[2] - difference[3];
+  const std::int64_t xyz = difference[0] - difference[1] - difference[2] + difference[3];
+  return xy * xy + xz * xz + yz * yz + xyz * xyz;
+}
+
 }  // namespace
 
-SurfacePrediction predictFromSurface(const Reference& reference, Neighbours& neighbours, const Cell& cell,
-                                     const std::array<std::int32_t, 3>& in_cell,
-                                     const std::array<std::int32_t, 3>& motion) {
+std::int32_t MovedPlane::offset(const LocalFrame& frame, const std::array<std::int64_t, 3>& offsets) const {
+  std::array<std::int64_t, 3> along{};  // the slope along the frame's axes
+  for (std::size_t k = 0; k < 3; ++k) {
+    along[0] += std::int64_t{slope[k]} * frame.normal[k];
+    along[1] += std::int64_t{slope[k]} * frame.tangent1[k];
+    along[2] += std::int64_t{slope[k]} * frame.tangent2[k];
+  }
+  const std::int64_t at =
+      distance + (((along[1] >> kPositionBits) * offsets[1] + (along[2] >> kPositionBits) * offsets[2]) >>
+                  kPositionBits);
+  const std::int64_t facing = std::max<std::int64_t>(along[0] >> kPositionBits, kFlattest);
+  return static_cast<std::int32_t>(std::clamp<std::int64_t>(-at * kCell / facing, -kCell, kCell));
+}
+
+MovedPlane planeInCell(ReferenceField::Cursor& field, const Cell& cell,
+                       const std::array<std::int32_t, 3>& motion) {
+  MovedPlane plane;
   const LocalFrame& frame = kLocalFrames[cell.corners];
-  const std::array<std::int32_t, 3> corner{cell.x * kCell, cell.y * kCell, cell.z * kCell};
-  std::array<std::int32_t, 3> at{};
-  for (std::size_t k = 0; k < 3; ++k) at[k] = corner[k] + in_cell[k] + motion[k];
-  const PlaneSums planes = reference.planesAround(at, frame, neighbours);
-  if (planes.weight == 0) return {};
+  const std::array<std::int32_t, 3> at{cell.x * kCell + frame.vertex[0] + motion[0],
+                                       cell.y * kCell + frame.vertex[1] + motion[1],
+                                       cell.z * kCell + frame.vertex[2] + motion[2]};
+  const CornerValues corners = field.around(at);
+  if (!corners.allKnown()) return plane;
+  const CornerValues::Between between = corners.slopesAt(at);
+  plane.known = true;
+  plane.distance = 4 * between.value;
+  plane.slope = {4 * between.slope[0], 4 * between.slope[1], 4 * between.slope[2]};
 
-  SurfacePrediction result;
-  std::int64_t along = 0;
-  for (std::size_t k = 0; k < 3; ++k) along += planes.normal[k] * frame.normal[k];
-  const std::int64_t offset =
-      -planes.distance * 4096 / std::max(along >> kPositionBits, kFlattest * planes.weight);
-  if (offset < -kCell || offset > kCell) return {};
-  result.offset = static_cast<std::int32_t>(offset);
-
-  std::int64_t at_corner = planes.distance * 4096;
-  for (std::size_t k = 0; k < 3; ++k) at_corner -= planes.normal[k] * in_cell[k];
-  int wrong = 0;
-  for (std::uint32_t j = 0; j < 8; ++j) {
-    std::int64_t distance = at_corner;
-    for (std::size_t k = 0; k < 3; ++k) {
-      if (j >> k & 1) distance += planes.normal[k] * kCell;
+  // The plane at the corners: which of them it has on the wrong side.
+  std::int64_t back = 0;
+  for (std::size_t k = 0; k < 3; ++k) back += std::int64_t{plane.slope[k]} * frame.vertex[k];
+  std::array<std::int32_t, 8> at_corner{};
+  at_corner[0] = plane.distance - static_cast<std::int32_t>(back >> kPositionBits);
+  at_corner[1] = at_corner[0] + plane.slope[0];
+  for (std::size_t j = 0; j < 2; ++j) at_corner[2 + j] = at_corner[j] + plane.slope[1];
+  for (std::size_t j = 0; j < 4; ++j) at_corner[4 + j] = at_corner[j] + plane.slope[2];
+  std::uint32_t inside = 0;
+  for (std::size_t j = 0; j < 8; ++j) inside |= (static_cast<std::uint32_t>(at_corner[j]) >> 31) << j;
+  const std::uint32_t wrong = countBits(inside ^ cell.corners);
+  // Where it crosses the edges whose ends differ in sign.
+  std::array<std::int32_t, 3> shift{};
+  const Edges& edges = kEdges[cell.corners];
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::int32_t slope = plane.slope[k];
+    // Those along this axis that it rises or falls along as the signs do.
+    std::uint32_t left = edges.from[k][slope < 0];
+    if (left == 0 || slope == 0) continue;
+    const std::int64_t inverse = (slope < 0 ? -1 : 1) * ((1 << 28) / std::abs(slope));
+    for (; left != 0; left &= left - 1) {
+      const std::int64_t place =
+          (-at_corner[static_cast<std::size_t>(std::countr_zero(left))] * inverse) >> kPositionBits;
+      shift[k] += static_cast<std::int32_t>(std::clamp<std::int64_t>(place, 0, kCell)) - kCell / 2;
     }
-    wrong += (distance < 0) != ((cell.corners >> j & 1) != 0);
   }
-  const std::int64_t mean = planes.distance >> 4, weight = planes.weight;
-  const std::int64_t spread = planes.squares * weight - mean * mean;
+  for (std::size_t t = 0; t < 2; ++t) {
+    const auto& tangent = t == 0 ? frame.tangent1 : frame.tangent2;
+    std::int64_t along = 0;
+    for (std::size_t k = 0; k < 3; ++k) along += std::int64_t{shift[k]} * tangent[k];
+    plane.tangents[t] = static_cast<std::int32_t>((along * edges.part) >> (kPositionBits + 16));
+  }
   std::size_t grade = 0;
-  while (grade < kSpreads.size() && spread >= kSpreads[grade] * weight * weight) ++grade;
-  result.confidence = static_cast<std::uint8_t>(std::min(wrong, 3) * 4 + static_cast<int>(grade));
-  return result;
-}
-
-void Decoded::set(std::uint32_t i, const std::array<std::int32_t, 3>& in_cell, std::int32_t error) {
-  vertices_[i] = {
-      {cells_[i].x * kCell + in_cell[0], cells_[i].y * kCell + in_cell[1], cells_[i].z * kCell + in_cell[2]},
-      error == kNone ? kNone : std::clamp(error, -kCell, kCell)};
-}
-
-CodedNeighbours Decoded::around(std::uint32_t i) {
-  const Cell& cell = cells_[i];
-  const LocalFrame& frame = kLocalFrames[cell.corners];
-  const auto& same_way = kSameWay[cell.corners];
-  const std::array<std::int32_t, 3> base{cell.x * kCell + frame.vertex[0], cell.y * kCell + frame.vertex[1],
-                                         cell.z * kCell + frame.vertex[2]};
-  std::int32_t predicted = 0, errors = 0, magnitudes = 0, seen = 0;
-  std::int64_t heights = 0;
-  neighbours_.forEach(
-      cell.x, cell.y, cell.z,
-      [&](std::uint32_t j) {
-        if (j >= i) return;
-        const Cell& other = cells_[j];
-        if ((same_way[other.corners / 64] >> (other.corners % 64) & 1) == 0) return;
-        const Vertex& vertex = vertices_[j];
-        const bool face =
-            std::abs(other.x - cell.x) + std::abs(other.y - cell.y) + std::abs(other.z - cell.z) == 1;
-        const std::int32_t weight = face ? 2 : 1;
-        std::int64_t height = 0;
-        for (std::size_t k = 0; k < 3; ++k)
-          height += std::int64_t{vertex.position[k] - base[k]} * frame.normal[k];
-        seen += weight;
-        heights += weight * std::clamp<std::int64_t>(height >> kPositionBits, -kCell, kCell);
-        if (vertex.error == kNone) return;
-        predicted += weight;
-        errors += weight * vertex.error;
-        magnitudes += weight * std::abs(vertex.error);
-      },
-      i);
-  CodedNeighbours result;
-  if (seen > 0) result.height = static_cast<std::int32_t>(heights / seen);
-  if (predicted > 0) {
-    result.error = errors / predicted;
-    result.magnitude = magnitudes / predicted;
-  }
-  return result;
+  const std::int64_t bend = bendOf(corners.values());
+  while (grade < kBends.size() && bend >= kBends[grade]) ++grade;
+  plane.confidence = static_cast<std::uint8_t>(std::min(wrong, 3u) * 4 + grade);
+  return plane;
 }
 
 }  // namespace isoreel

@@ -1,56 +1,102 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The vertices of a P packet: tangential components of all, then normal ones, predicted where they can be
-// (spec codec 8.4 to 8.6).
+// The vertices of a P packet, each from the moved previous surface where that is near (spec codec 8.6
+// to 8.8).
 #pragma once
 
-#include "inter/packet_models.h"
+#include <optional>
+
+#include "inter/coded_neighbours.h"
+#include "inter/prediction.h"
 
 namespace isoreel {
 
-/// Puts or gets the tangential residuals, elements 1 and 2.
-template <class Coder>
-void codeTangents(Coder& coder, VertexModels& models, std::span<const Cell> cells,
-                  std::vector<Residual>& residuals) {
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    for (const std::size_t component : {1u, 2u}) {
-      residuals[i][component] =
-          codeResidual(coder, models.at(component, cells[i].corners), residuals[i][component]);
-    }
+/// Models of the residuals of predicted vertices: by component, by how large errors are around, and by
+/// confidence.
+class PredictedModels {
+ public:
+  static constexpr std::size_t kSizes = 8;
+  ResidualModels& at(std::size_t component, std::size_t size, std::uint8_t confidence) {
+    return models_[(component * kSizes + size) * kConfidences + confidence];
   }
-}
+  void reset() { std::fill(models_.begin(), models_.end(), ResidualModels{}); }
 
-/// What the moved previous surface says of each vertex; needs element 1 and 2 of the residuals.
-std::vector<SurfacePrediction> predictVertices(const Reference& reference, const MotionField& motion,
-                                               std::span<const Cell> cells,
-                                               const std::vector<Residual>& residuals,
-                                               const ResidualSteps& steps);
+ private:
+  std::vector<ResidualModels> models_ = std::vector<ResidualModels>(3 * kSizes * kConfidences);
+};
 
-/// Puts or gets the normal components; fills `decoded` with the vertices in their cells. An encoder's
-/// choose(i, expected) gives the residual to put.
-template <class Coder, class Choose>
-void codeNormals(Coder& coder, PacketModels& models, const PredictionHeader& header,
-                 std::span<const Cell> cells, const CellIndex& index, const std::vector<Residual>& residuals,
-                 const std::vector<SurfacePrediction>& predictions, const ResidualSteps& steps, Choose choose,
-                 std::vector<std::array<std::int32_t, 3>>& decoded) {
-  Decoded neighbours(cells, index);
-  for (std::uint32_t i = 0; i < cells.size(); ++i) {
-    const SurfacePrediction& surface = predictions[i];
-    std::array<std::int64_t, 3> offsets = tangentOffsets(residuals[i], steps);
-    std::int32_t error = Decoded::kNone;
-    if (surface.offset == SurfacePrediction::kNone) {
-      offsets[0] = std::int64_t{codeResidual(coder, models.vertices.at(0, cells[i].corners), choose(i, 0))} *
-                   steps.normal;
-    } else {
-      const CodedNeighbours around = neighbours.around(i);
-      const std::int32_t expected = expectedOffset(header, surface, around);
-      const std::int32_t residual =
-          codeResidual(coder, models.predicted.at(around.magnitude, steps.normal, surface.confidence),
-                       choose(i, expected));
-      offsets[0] = expected + dequantise(header, residual, steps.normal);
-      error = static_cast<std::int32_t>(offsets[0]) - surface.offset;
+/// The moved surface in one active cell after the other, in their order.
+class MovedPlanes {
+ public:
+  MovedPlanes(const ReferenceField& field, const MotionField& motion, std::span<const Cell> cells)
+      : field_(field), motion_(motion), cells_(cells) {}
+
+  MovedPlane operator()(std::uint32_t i) {
+    while (block_ < motion_.blocks().size() &&
+           i >= motion_.blocks()[block_].first + motion_.blocks()[block_].count) {
+      ++block_;
+      vectors_.reset();
     }
-    decoded[i] = reconstruct(kLocalFrames[cells[i].corners], offsets);
-    neighbours.set(i, decoded[i], error);
+    const Block& block = motion_.blocks()[block_];
+    if (!block.moves) return {};
+    if (!vectors_) vectors_.emplace(motion_, block);
+    return planeInCell(field_, cells_[i], vectors_->at(cells_[i]));
+  }
+
+ private:
+  ReferenceField::Cursor field_;
+  const MotionField& motion_;
+  std::span<const Cell> cells_;
+  std::size_t block_ = 0;
+  std::optional<MotionField::Interpolation> vectors_;  // of the block at hand
+};
+
+/// What an encoder chooses; the decoder's says nothing.
+struct NoChoice {
+  static std::int32_t residual(std::uint32_t, std::size_t, std::int32_t) { return 0; }
+};
+
+/// Puts or gets the vertices; fills `decoded` with them, in their cells. planes(i) gives the MovedPlane of
+/// cell i, choice.residual(i, component, expected) an encoder's residual for the component along an axis of
+/// the local frame, 1/16384 of a cell.
+template <class Coder, class Planes, class Choice>
+void codePredictedVertices(Coder& coder, VertexModels& unpredicted, PredictedModels& predicted,
+                           const PredictionHeader& header, std::span<const Cell> cells,
+                           const CellIndex& index, const ResidualSteps& steps, Planes& planes, Choice& choice,
+                           std::vector<std::array<std::int32_t, 3>>& decoded) {
+  CodedNeighbours neighbours(index, decoded);
+  for (std::uint32_t i = 0; i < cells.size(); ++i) {
+    const Cell& cell = cells[i];
+    const LocalFrame& frame = kLocalFrames[cell.corners];
+    const MovedPlane plane = planes(i);
+    std::array<std::int64_t, 3> offsets{};
+    if (!plane.known) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        offsets[c] =
+            std::int64_t{codeResidual(coder, unpredicted.at(c, cell.corners), choice.residual(i, c, 0))} *
+            (c == 0 ? steps.normal : steps.tangential);
+      }
+      decoded[i] = reconstruct(frame, offsets);
+      neighbours.skip(i);
+      continue;
+    }
+    const PredictionHeader::Weights& weights = header.weights[plane.confidence];
+    const CodedNeighbours::Means around = neighbours.around(i, cell, frame);
+    const auto size = static_cast<std::size_t>(std::min(7, 3 * around.magnitude / (2 * steps.normal)));
+    for (std::size_t c = 1; c < 3; ++c) {
+      const std::int32_t expected = (weights.tangential * plane.tangents[c - 1]) >> 6;
+      offsets[c] = expected + std::int64_t{codeResidual(coder, predicted.at(c, size, plane.confidence),
+                                                        choice.residual(i, c, expected))} *
+                                  steps.tangential;
+    }
+    const std::int32_t surface = plane.offset(frame, offsets);
+    const std::int32_t expected =
+        (weights.normal * surface + weights.error * around.error + weights.height * around.height) >> 6;
+    offsets[0] = expected + dequantise(header,
+                                       codeResidual(coder, predicted.at(0, size, plane.confidence),
+                                                    choice.residual(i, 0, expected)),
+                                       steps.normal);
+    decoded[i] = reconstruct(frame, offsets);
+    neighbours.set(i, static_cast<std::int32_t>(offsets[0]) - surface);
   }
 }
 

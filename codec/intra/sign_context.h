@@ -20,6 +20,8 @@ class SignModels {
  public:
   SignModels() : models_(initial().begin(), initial().end()) {}
   void reset() { std::copy(initial().begin(), initial().end(), models_.begin()); }
+  /// Memory beyond the object itself.
+  std::uint64_t bytes() const { return models_.size() * sizeof(BitModel); }
 
   /// `known` and `inside`: of the 3×3×3 nodes around, bit (dx + 1) + 3 (dz + 1) + 12 (dy + 1): three planes
   /// of a SignWindow, interleaved.

@@ -39,6 +39,12 @@ struct UnknownTruth {
   static bool divided(std::uint32_t, const Cell&) { return false; }
 };
 
+/// Nothing is known of nodes but the signs around them: I packets, and coarse levels of P packets.
+struct NothingMoved {
+  static void goTo(const Cell&) {}
+  static BitModel* at(int, int, int, std::uint16_t) { return nullptr; }
+};
+
 /// The tree while it is coded. Truth answers for the encoder, asked in Morton order within a level:
 ///   bool sign(const LevelLattice&, int x, int y, int z)   whether a lattice node is inside
 ///   bool divided(std::uint32_t level, const Cell&)        whether a cell whose corners agree holds a sign
@@ -76,8 +82,17 @@ class SignTree {
     return {};
   }
 
-  /// Codes level `level` (1 to depth) from the cells of the level above.
   Status codeLevel(std::uint32_t level, Coder& signs, Coder& leaves) {
+    NothingMoved nothing;
+    return codeLevel(level, signs, leaves, nothing);
+  }
+  /// Codes level `level` (1 to depth) from the cells of the level above. `moved`: what is known of its nodes
+  /// from elsewhere,
+  ///   void goTo(const Cell&)   asked of each cell of the level above, in Morton order
+  ///   BitModel* at(int x, int y, int z, std::uint16_t one)   the model to code a lattice node's sign with,
+  ///   when not that of the signs around it, which gives `one`
+  template <class Moved>
+  Status codeLevel(std::uint32_t level, Coder& signs, Coder& leaves, Moved& moved) {
     const LevelLattice parents(grid_, level - 1), lattice(grid_, level);
     index_.build(cells_);
     children_.clear();
@@ -87,7 +102,7 @@ class SignTree {
     for (std::uint32_t number = 0; number < blocks_.size(); ++number) {
       lookAround(index_.bricks()[number]);
       pull(number, 0);
-      codeSigns(number, parents, lattice, signs);
+      codeSigns(number, parents, lattice, signs, moved);
       if constexpr (!Coder::kPuts) {
         if (signs.overrun()) return tooShort("corner signs", level);
       }
@@ -165,8 +180,9 @@ class SignTree {
     return CellBlock::box(first, last);
   }
 
-  void codeSigns(std::uint32_t number, const LevelLattice& parents, const LevelLattice& lattice,
-                 Coder& signs) {
+  template <class Moved>
+  void codeSigns(std::uint32_t number, const LevelLattice& parents, const LevelLattice& lattice, Coder& signs,
+                 Moved& moved) {
     const CellIndex::Brick& brick = index_.bricks()[number];
     SignBlock& block = blocks_[number];
     CellBlock cells, done;  // done: their nodes are known
@@ -177,6 +193,7 @@ class SignTree {
     const CellBlock undivided = cellsInGrid(brick, parents).without(cells);
     for (std::uint32_t i = brick.first; i < brick.first + brick.count; ++i) {
       const Cell& cell = cells_[i];
+      moved.goTo(cell);
       const int x = cell.x & 3, y = cell.y & 3, z = cell.z & 3;
       const std::uint32_t nodes = newNodesWithin({lattice.last[0] - 2 * cell.x, lattice.last[1] - 2 * cell.y,
                                                   lattice.last[2] - 2 * cell.z}) &
@@ -195,15 +212,20 @@ class SignTree {
           sign = (cell.corners >> node.corner & 1) != 0;
         } else {
           const SignWindow around = SignBlock::around(at, shift);
-          const bool truth =
-              truth_.sign(lattice, 2 * cell.x + node.x, 2 * cell.y + node.y, 2 * cell.z + node.z);
           BitModel& model = models_.signs.at(around.known, around.inside);
-          sign = models_.mixed
-                     ? codeMixed(signs,
-                                 models_.opinions.mix(model, cell.corners, static_cast<std::uint32_t>(which),
-                                                      lattice.shift == 0),
-                                 truth)
-                     : signs.code(model, truth);
+          const int at_x = 2 * cell.x + node.x, at_y = 2 * cell.y + node.y, at_z = 2 * cell.z + node.z;
+          const bool truth = truth_.sign(lattice, at_x, at_y, at_z);
+          if (models_.mixed) {
+            sign = codeMixed(signs,
+                             models_.opinions.mix(model, cell.corners, static_cast<std::uint32_t>(which),
+                                                  lattice.shift == 0),
+                             truth);
+          } else if (BitModel* const other = moved.at(at_x, at_y, at_z, model.one)) {
+            sign = signs.code(*other, truth);
+            model.update(sign);
+          } else {
+            sign = signs.code(model, truth);
+          }
         }
         SignBlock::setMiddle(at, shift, sign);
       }

@@ -56,6 +56,8 @@ class VertexModels {
     return models_[component * 256 + corners];
   }
   void reset() { std::fill(models_.begin(), models_.end(), ResidualModels{}); }
+  /// Memory beyond the object itself.
+  std::uint64_t bytes() const { return models_.size() * sizeof(ResidualModels); }
 
  private:
   std::vector<ResidualModels> models_ = std::vector<ResidualModels>(3 * 256);

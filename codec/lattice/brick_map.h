@@ -37,6 +37,8 @@ class BrickMap {
     }
   }
   std::uint32_t size() const { return count_; }
+  /// Memory beyond the object itself.
+  std::uint64_t bytes() const { return slots_.size() * sizeof(Slot); }
 
  private:
   struct Slot {

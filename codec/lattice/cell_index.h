@@ -2,6 +2,8 @@
 // The cells of one octree level, and the way from a cell's coordinates to its place in their order.
 #pragma once
 
+#include <isoreel/codec/cell.h>
+
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -11,15 +13,6 @@
 #include "lattice/morton.h"
 
 namespace isoreel {
-
-/// A heterogeneous cell of an octree level. Corner j lies at (x + (j & 1), y + (j >> 1 & 1), z + (j >> 2));
-/// bit j of `corners` is set when it is inside.
-struct Cell {
-  std::uint16_t x = 0;
-  std::uint16_t y = 0;
-  std::uint16_t z = 0;
-  std::uint8_t corners = 0;
-};
 
 inline bool isActive(const Cell& cell) { return cell.corners != 0 && cell.corners != 0xFF; }
 
@@ -45,6 +38,8 @@ class CellIndex {
     return place(bricks_[number], bit(x, y, z));
   }
   const std::vector<Brick>& bricks() const { return bricks_; }
+  /// Memory beyond the object itself.
+  std::uint64_t bytes() const { return bricks_.capacity() * sizeof(Brick) + map_.bytes(); }
   /// Number of the brick at brick coordinates, or BrickMap::kNone.
   std::uint32_t brickAt(std::int32_t x, std::int32_t y, std::int32_t z) const { return map_.find(x, y, z); }
 

@@ -14,8 +14,9 @@ std::size_t inBrick(std::int32_t x, std::int32_t y, std::int32_t z) {
 
 DistanceField::DistanceField(const Reference& reference) {
   map_.clear();
-  for (std::uint32_t i = 0; i < reference.size(); ++i) {
-    const auto vertex = reference.position(i);
+  for (const ReferencePlane& plane : reference.planes()) {
+    std::array<float, 3> vertex{};
+    for (std::size_t k = 0; k < 3; ++k) vertex[k] = static_cast<float>(plane.position[k]) / kCell;
     std::array<std::int32_t, 3> low{}, high{};
     for (std::size_t k = 0; k < 3; ++k) {
       low[k] = std::max(static_cast<std::int32_t>(vertex[k]) - kBand + 1, 0);

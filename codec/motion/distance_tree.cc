@@ -7,7 +7,7 @@
 namespace isoreel {
 namespace {
 
-constexpr float kFar = 4;  // squared: beyond what the samples see
+constexpr float kFar = 2.25f;  // squared: beyond what the field knows
 constexpr int kTerms = 10, kSamples = 27;
 
 // Monomials of a quadratic: xx yy zz xy xz yz x y z 1.
@@ -35,33 +35,29 @@ const Eigen::Matrix<float, kTerms, kSamples>& leastSquaresInverse() {
   return inverse;
 }
 
-// Squared distance of a point (d from a vertex, in cells) from the disc that a vertex stands for: its tangent
-// plane within the reach of its quads.
-float squaredDistance(const std::array<float, 3>& d, const std::array<float, 3>& normal) {
-  constexpr float kRadius = 0.7f;
-  const float square = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-  const float along = d[0] * normal[0] + d[1] * normal[1] + d[2] * normal[2];
-  const float across = square - along * along;
-  if (across <= kRadius * kRadius) return along * along;
-  const float beyond = std::sqrt(across) - kRadius;
-  return along * along + beyond * beyond;
-}
-
 }  // namespace
 
 float DistanceTree::sample(const std::array<std::int32_t, 3>& half_node) {
   const std::uint32_t number = samples_.findOrAdd(half_node[0], half_node[1], half_node[2]);
   if (number < squares_.size()) return squares_[number];
-  const std::array<float, 3> place{static_cast<float>(half_node[0]) / 2, static_cast<float>(half_node[1]) / 2,
-                                   static_cast<float>(half_node[2]) / 2};
-  float nearest = kFar;
-  neighbours_.forEach(half_node[0] >> 1, half_node[1] >> 1, half_node[2] >> 1, [&](std::uint32_t i) {
-    const auto vertex = reference_.position(i);
-    nearest =
-        std::min(nearest, squaredDistance({place[0] - vertex[0], place[1] - vertex[1], place[2] - vertex[2]},
-                                          reference_.normal(i)));
-  });
-  squares_.push_back(nearest);
+  const std::array<std::int32_t, 3> place{half_node[0] * (kCell / 2), half_node[1] * (kCell / 2),
+                                          half_node[2] * (kCell / 2)};
+  // The mean of the nodes that it lies between, on a node's own lattice plane only of those in it: that the
+  // rest of the cell above is not known must not matter.
+  const CornerValues around = field_.around(place);
+  const std::array<std::int16_t, 8>& nodes = around.values();
+  const std::uint32_t between =
+      static_cast<std::uint32_t>((half_node[0] & 1) | (half_node[1] & 1) << 1 | (half_node[2] & 1) << 2);
+  float sum = 0, count = 0;
+  bool known = true;
+  for (std::uint32_t corner = 0; corner < 8; ++corner) {
+    if ((corner & ~between) != 0) continue;
+    known &= nodes[corner] != CornerValues::kUnknown;
+    sum += nodes[corner];
+    ++count;
+  }
+  const float distance = sum / (4096 * count);
+  squares_.push_back(known ? distance * distance : kFar);
   return squares_.back();
 }
 
@@ -82,7 +78,7 @@ const DistanceTree::Quadratic& DistanceTree::around(const Eigen::Vector3f& place
     samples[i] = sample({2 * cell[0] + i % 3, 2 * cell[1] + i / 3 % 3, 2 * cell[2] + i / 9});
   }
   Quadratic fitted;
-  fitted.near = samples.maxCoeff() < kFar;
+  fitted.near = samples.minCoeff() < kFar;
   if (fitted.near) {
     const Eigen::Matrix<float, kTerms, 1> c = leastSquaresInverse() * samples;
     fitted.hessian << 2 * c[0], c[3], c[4], c[3], 2 * c[1], c[5], c[4], c[5], 2 * c[2];

@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "inter/reference.h"
+#include "inter/reference_field.h"
 
 namespace isoreel {
 
@@ -15,7 +15,7 @@ namespace isoreel {
 class DistanceTree {
  public:
   /// d²(p) ≈ ½ pᵀ H p + gᵀ p + c for p in cells from the cell's middle; `near` is false when the surface is
-  /// further than about 1.5 cells.
+  /// further than about a cell.
   struct Quadratic {
     Eigen::Matrix3f hessian;
     Eigen::Vector3f gradient;
@@ -27,7 +27,7 @@ class DistanceTree {
     }
   };
 
-  explicit DistanceTree(const Reference& reference) : reference_(reference), neighbours_(reference.index()) {}
+  explicit DistanceTree(const ReferenceField& field) : field_(field) {}
 
   /// The approximant of the cell that holds a place (in cells, anywhere), which it returns relative to the
   /// cell's middle.
@@ -36,8 +36,7 @@ class DistanceTree {
  private:
   float sample(const std::array<std::int32_t, 3>& half_node);
 
-  const Reference& reference_;
-  Neighbours neighbours_;
+  ReferenceField::Cursor field_;
   BrickMap cells_, samples_;
   std::vector<Quadratic> quadratics_;
   std::vector<float> squares_;

@@ -26,7 +26,7 @@ constexpr float kSearch = 0.08f;
 class BlockSearch {
  public:
   BlockSearch(const Reference& reference, const MotionSettings& settings, float unit)
-      : reference_(reference), tree_(reference), settings_(settings), unit_(unit) {}
+      : reference_(reference), tree_(reference.field()), settings_(settings), unit_(unit) {}
 
   void start(std::span<const std::array<float, 3>> points) {
     points_.clear();
@@ -74,7 +74,7 @@ class BlockSearch {
         gradient += q.hessian * inside + q.gradient;
       }
       // Directions that the surface says nothing of go where the neighbours went.
-      const float weight = 0.02f * static_cast<float>(points_.size()) + 0.05f;
+      const float weight = 0.05f * static_cast<float>(points_.size()) + 0.05f;
       hessian.diagonal().array() += weight;
       gradient += weight * (vector - expected);
       Vector3f move = hessian.ldlt().solve(-gradient);
@@ -149,7 +149,7 @@ class BlockSearch {
 
 void searchMotion(const Reference& reference, std::span<const std::array<float, 3>> points,
                   const MotionSettings& settings, std::uint32_t vector_step, MotionField& motion) {
-  if (reference.size() == 0) return;
+  if (reference.planes().empty()) return;
   const float unit = static_cast<float>(vector_step) / kCell;
   BlockSearch search(reference, settings, unit);
   for (Block& block : motion.blocks()) {

@@ -2,13 +2,16 @@
 #include <isoreel/container/byte_source.h>
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <limits>
 #include <system_error>
+#include <thread>
 
 namespace isoreel {
 namespace {
@@ -93,6 +96,48 @@ class MemorySource final : public ByteSource {
   const std::string name_;
 };
 
+/// What grows is not seekable: how long it is nobody knows.
+class FollowedFile final : public ByteSource {
+ public:
+  FollowedFile(int file, std::string name, std::function<bool()> stopped)
+      : file_(file), name_(std::move(name)), stopped_(std::move(stopped)) {}
+  FollowedFile(const FollowedFile&) = delete;
+  FollowedFile& operator=(const FollowedFile&) = delete;
+  ~FollowedFile() override { close(file_); }
+
+  Result<std::size_t> read(std::uint64_t offset, std::span<std::uint8_t> out) override {
+    bool last_look = false;  // the writer is gone, and what it left is looked for once more
+    for (std::size_t done = 0;;) {
+      const ssize_t got =
+          pread(file_, out.data() + done, out.size() - done, static_cast<off_t>(offset + done));
+      if (got < 0 && errno == EINTR) continue;
+      if (got < 0)
+        return {ErrorCode::kIo,
+                "cannot read at byte " + std::to_string(offset + done) + ": " + reason(errno)};
+      done += static_cast<std::size_t>(got);
+      if (done == out.size() || (got == 0 && last_look)) return done;
+      if (got > 0) continue;
+      last_look = !written();
+      if (last_look) continue;
+      if (stopped_()) return {ErrorCode::kIo, "interrupted"};
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+  }
+  std::optional<std::uint64_t> size() const override { return std::nullopt; }
+  std::string name() const override { return name_; }
+
+ private:
+  bool written() const {
+    if (flock(file_, LOCK_SH | LOCK_NB) != 0) return errno == EWOULDBLOCK;
+    flock(file_, LOCK_UN);
+    return false;
+  }
+
+  const int file_;
+  const std::string name_;
+  const std::function<bool()> stopped_;
+};
+
 Error openError(const std::filesystem::path& path, int error) {
   std::string message = path.string() + ": cannot open: " + reason(error);
   std::error_code ignored;
@@ -119,6 +164,19 @@ Result<std::unique_ptr<ByteSource>> openFile(const std::filesystem::path& path) 
   std::optional<std::uint64_t> size;
   if (S_ISREG(facts.st_mode)) size = static_cast<std::uint64_t>(facts.st_size);
   return std::unique_ptr<ByteSource>(std::make_unique<FileSource>(file, name, size));
+}
+
+Result<std::unique_ptr<ByteSource>> followFile(const std::filesystem::path& path,
+                                               std::function<bool()> stopped) {
+  std::filesystem::path there = path;
+  int file = open(there.c_str(), O_RDONLY | O_CLOEXEC);
+  if (file < 0 && errno == ENOENT) {
+    there += ".part";
+    file = open(there.c_str(), O_RDONLY | O_CLOEXEC);
+  }
+  if (file < 0) return openError(path, errno);
+  return std::unique_ptr<ByteSource>(
+      std::make_unique<FollowedFile>(file, there.string(), std::move(stopped)));
 }
 
 std::unique_ptr<ByteSource> openMemory(Bytes bytes, std::string name) {

@@ -67,6 +67,8 @@ Status checkPayloadLength(const ChunkHeader& header) {
   if (header.type == kFrameType || header.type == kIndexType) max = kMaxPayload;
   if (header.type == kTrackType) max = kMaxTrackPayload;
   if (header.type == kTagsType) max = kMaxTagsPayload;
+  if (header.type == kChaptersType) max = kMaxChaptersPayload;
+  if (header.type == kAttachmentType) max = kMaxPartPayload;
   if (header.type == kFooterType) max = Footer::kBytes;
   if (header.length <= max) return {};
   return {ErrorCode::kLimit, typeName(header.type) + " payload of " + std::to_string(header.length) +
@@ -111,23 +113,33 @@ Result<FrameFacts> readFrameStart(ByteSpan front, std::uint64_t payload_bytes) {
 }
 
 Status FrameOrder::check(const FrameHeader& header) const {
-  const std::uint64_t due = last_ ? last_->number + 1 : 0;
-  if (header.number != due) {
+  if (header.number != due()) {
     return {ErrorCode::kBadData, "frame number " + std::to_string(header.number) + " where " +
-                                     std::to_string(due) + " is due (spec container 4.3)"};
+                                     std::to_string(due()) + " is due (spec container 4.3)"};
+  }
+  if (header.position != duePosition()) {
+    return {ErrorCode::kBadData, "packet position " + std::to_string(header.position) + " where " +
+                                     std::to_string(duePosition()) + " is due (spec container 4.3)"};
+  }
+  const bool follows = last_ && header.back == last_->back + 1;
+  if (!follows && (header.back != 0 || (last_ && last_->hidden()))) {
+    return {ErrorCode::kBadData, "the packet before it is not of its GOP (spec container 4.3)"};
   }
   return checkRising(header);
 }
 
 Status FrameOrder::checkRising(const FrameHeader& header) const {
-  if (!last_) return {};
-  if (header.number <= last_->number) {
-    return {ErrorCode::kBadData, "frame number " + std::to_string(header.number) + " is not above " +
-                                     std::to_string(last_->number) + " before it (spec container 4.3)"};
+  if (header.number < due()) {
+    return {ErrorCode::kBadData, "frame number " + std::to_string(header.number) + " is below " +
+                                     std::to_string(due()) + ", which is due (spec container 4.3)"};
   }
-  if (header.time <= last_->time) {
+  if (header.position < duePosition()) {
+    return {ErrorCode::kBadData, "packet position " + std::to_string(header.position) + " is below " +
+                                     std::to_string(duePosition()) + ", which is due (spec container 4.3)"};
+  }
+  if (!header.hidden() && last_shown_time_ && header.time <= *last_shown_time_) {
     return {ErrorCode::kBadData, "frame time " + std::to_string(header.time) + " is not after " +
-                                     std::to_string(last_->time) + " before it (spec container 4.3)"};
+                                     std::to_string(*last_shown_time_) + " before it (spec container 4.3)"};
   }
   return {};
 }

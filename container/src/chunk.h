@@ -49,18 +49,23 @@ Result<FrameFacts> readFrameStart(ByteSpan front, std::uint64_t payload_bytes);
 /// The order of a track's frames (spec container 4.3).
 class FrameOrder {
  public:
-  /// kBadData when `header` may not come next: numbers count up by one from 0, times rise.
+  /// kBadData when `header` may not come next: positions, and numbers of shown frames, count up by one from
+  /// 0; times of shown frames rise; what is no key follows the packet it needs.
   Status check(const FrameHeader& header) const;
-  /// The same for files with holes: numbers and times rise.
+  /// The same for files with holes: what came before does not come again.
   Status checkRising(const FrameHeader& header) const;
-  void passed(const FrameHeader& header) { last_ = Last{header.number, header.time}; }
+  void passed(const FrameHeader& header) {
+    last_ = header;
+    if (!header.hidden()) last_shown_time_ = header.time;
+  }
+
+  std::uint64_t duePosition() const { return last_ ? last_->position + 1 : 0; }
 
  private:
-  struct Last {
-    std::uint64_t number;
-    std::int64_t time;
-  };
-  std::optional<Last> last_;
+  std::uint64_t due() const { return last_ ? last_->number + (last_->hidden() ? 0 : 1) : 0; }
+
+  std::optional<FrameHeader> last_;
+  std::optional<std::int64_t> last_shown_time_;
 };
 
 }  // namespace isoreel::container

@@ -7,8 +7,10 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
 #include <cstdio>
 #include <system_error>
+#include <thread>
 
 namespace isoreel::container {
 namespace {
@@ -25,6 +27,16 @@ Status existsError(const std::filesystem::path& path) {
 bool isThere(const std::filesystem::path& path) {
   struct stat facts {};
   return lstat(path.c_str(), &facts) == 0;
+}
+
+// Whether no other writer has the file. Who follows it looks at the lock now and then, for a moment each
+// time.
+bool lockForWriting(int file) {
+  for (int i = 0; i < 10; ++i) {
+    if (flock(file, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  return false;
 }
 
 // Whether `path` still names the file that is open: another writer may have renamed it before we had the
@@ -52,12 +64,31 @@ Result<std::unique_ptr<FileOutput>> FileOutput::create(const std::filesystem::pa
   }
   if (file < 0) return ioError(part, "cannot create: " + reason(errno));
   std::unique_ptr<FileOutput> output(new FileOutput(path, part, file, overwrite));
-  if (flock(file, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+  if (!lockForWriting(file)) {
     return ioError(part, "another writer is at work on it");
   }
   if (!isOpenFile(part, file)) return ioError(part, "another writer is at work on it");
   if (ftruncate(file, 0) != 0) return ioError(part, "cannot empty: " + reason(errno));
   return output;
+}
+
+Result<std::unique_ptr<FileOutput>> FileOutput::extend(const std::filesystem::path& path) {
+  const int file = open(path.c_str(), O_RDWR | O_CLOEXEC);
+  if (file < 0) return ioError(path, "cannot open for writing: " + reason(errno));
+  std::unique_ptr<FileOutput> output(new FileOutput(path, path, file, false));
+  struct stat facts {};
+  if (fstat(file, &facts) != 0 || !S_ISREG(facts.st_mode)) return ioError(path, "is not a file");
+  if (!lockForWriting(file)) {
+    return ioError(path, "another writer is at work on it");
+  }
+  output->start_ = output->bytes_ = static_cast<std::uint64_t>(facts.st_size);
+  return output;
+}
+
+Status FileOutput::keepFirst(std::uint64_t bytes) {
+  if (bytes < bytes_ && ftruncate(file_, static_cast<off_t>(bytes)) != 0) return error("cut", errno);
+  start_ = bytes_ = bytes;
+  return {};
 }
 
 FileOutput::FileOutput(std::filesystem::path path, std::filesystem::path part, int file, bool overwrite)
@@ -77,7 +108,8 @@ Status FileOutput::error(const char* doing, int number) const {
 
 Status FileOutput::append(ByteSpan bytes) {
   for (std::size_t done = 0; done < bytes.size();) {
-    const ssize_t put = ::write(file_, bytes.data() + done, bytes.size() - done);
+    const ssize_t put =
+        pwrite(file_, bytes.data() + done, bytes.size() - done, static_cast<off_t>(bytes_ + done));
     if (put < 0 && errno == EINTR) continue;
     if (put < 0) {
       const int number = errno;
@@ -92,8 +124,14 @@ Status FileOutput::append(ByteSpan bytes) {
   return {};
 }
 
+Status FileOutput::sync() { return fsync(file_) == 0 ? Status() : error("flush", errno); }
+
 Status FileOutput::commit() {
-  if (fsync(file_) != 0) return error("flush", errno);
+  ISOREEL_TRY(sync());
+  if (path_ == part_) {
+    release();
+    return {};
+  }
   ISOREEL_TRY(rename());
   const std::filesystem::path folder =
       path_.has_parent_path() ? path_.parent_path() : std::filesystem::path(".");
@@ -130,9 +168,14 @@ Status FileOutput::rename() const {
   return ioError(path_, "cannot rename " + part_.string() + " to it: " + reason(errno));
 }
 
-void FileOutput::remove() {
+void FileOutput::discard() {
   if (file_ < 0) return;
-  unlink(part_.c_str());
+  if (path_ != part_) {
+    unlink(part_.c_str());
+  } else {
+    // What stays if this fails is found by scan, as after a kill.
+    [[maybe_unused]] const int ignored = ftruncate(file_, static_cast<off_t>(start_));
+  }
   release();
 }
 

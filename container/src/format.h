@@ -5,6 +5,7 @@
 
 #include <isoreel/base/packet.h>
 #include <isoreel/base/syntax.h>
+#include <isoreel/container/file_info.h>
 
 #include <array>
 #include <cstdint>
@@ -25,6 +26,9 @@ constexpr ChunkType chunkType(const char (&name)[5]) {
 inline constexpr ChunkType kTrackType = chunkType("TRAK");
 inline constexpr ChunkType kTagsType = chunkType("TAGS");
 inline constexpr ChunkType kFrameType = chunkType("FRAM");
+inline constexpr ChunkType kChaptersType = chunkType("CHAP");
+inline constexpr ChunkType kAttachmentType = chunkType("ATCH");
+inline constexpr ChunkType kParityType = chunkType("PRTY");
 inline constexpr ChunkType kIndexType = chunkType("INDX");
 inline constexpr ChunkType kFooterType = chunkType("FOOT");
 
@@ -35,6 +39,15 @@ inline constexpr std::uint64_t kMaxConfiguration = std::uint64_t{1} << 16;
 inline constexpr std::uint64_t kMaxTrackPayload = std::uint64_t{1} << 17;
 inline constexpr std::uint64_t kMaxTags = std::uint64_t{1} << 20;
 inline constexpr std::uint64_t kMaxTagsPayload = std::uint64_t{1} << 21;
+inline constexpr std::uint64_t kMaxTracks = 256;
+inline constexpr std::uint64_t kMaxChapters = std::uint64_t{1} << 16;
+inline constexpr std::uint64_t kMaxChaptersContent = std::uint64_t{1} << 20;
+inline constexpr std::uint64_t kMaxChaptersPayload = std::uint64_t{1} << 21;
+inline constexpr std::uint64_t kMaxAttachments = 4096;
+inline constexpr std::uint64_t kMaxPartContent = std::uint64_t{1} << 20;  // of an attachment
+inline constexpr std::uint64_t kMaxPartPayload = std::uint64_t{1} << 21;
+inline constexpr std::uint64_t kMaxParityPayload = std::uint64_t{1} << 30;
+inline constexpr std::uint64_t kMaxParityRun = std::uint64_t{1} << 29;
 inline constexpr std::uint64_t kMaxIndexContent = std::uint64_t{1} << 28;
 inline constexpr std::uint64_t kIndexAllowance = std::uint64_t{1}
                                                  << 21;  // index content above the file's length
@@ -115,7 +128,7 @@ struct PacketLength {
 
 // The least that a frame takes of a file: chunk, track, header with its length, packet length, one byte of
 // packet.
-inline constexpr std::uint64_t kMinFrameChunk = kChunkOverhead + 1 + 1 + 56 + 1 + 1;
+inline constexpr std::uint64_t kMinFrameChunk = kChunkOverhead + 1 + 1 + 58 + 1 + 1;
 inline constexpr std::uint64_t kMaxFrameChunk = kMaxPayload + kChunkOverhead;
 
 /// One sequence of frames: payload of TRAK, and again in the index (spec container 5).
@@ -137,6 +150,63 @@ struct TrackRecord {
   }
 };
 
+/// What a CHAP content starts with; the sized chapters follow (spec container 6.2).
+struct ChapterCount {
+  static constexpr const char* kName = "chapters";
+  static constexpr const char* kSpec = "container 6.2";
+  std::uint64_t count = 0;
+
+  template <class Visitor>
+  void fields(Visitor& v) {
+    v.varint("count", count, 0, kMaxChapters);
+  }
+};
+
+/// What an ATCH payload starts with, sized; a part of the attachment follows, compressed (spec
+/// container 6.3).
+struct AttachmentPart {
+  static constexpr const char* kName = "attachment part";
+  static constexpr const char* kSpec = "container 6.3";
+  static constexpr std::uint64_t kLast = 1, kRemoved = 2;  // flags
+  std::string name;
+  std::uint32_t part = 0;
+  std::uint64_t flags = 0;
+  std::string media_type;
+
+  template <class Visitor>
+  void fields(Visitor& v) {
+    v.text("name", name, Attachment::kMaxName);
+    v.varint("part", part);
+    v.varint("flags", flags);
+    v.text("media_type", media_type, Attachment::kMaxMediaType);
+    v.require(Attachment::nameFits(name), "the attachment's name is not a plain file name");
+  }
+};
+
+/// The head of a PRTY payload, sized (spec container 6.4).
+struct ParityHead {
+  static constexpr const char* kName = "parity";
+  static constexpr const char* kSpec = "container 6.4";
+  static constexpr std::uint64_t kMaxBlocks = 256;  // data and parity together: what GF(2^8) has
+  std::uint64_t distance = 0;                       // from the end of the bytes protected to this chunk
+  std::uint64_t length = 1;                         // of the bytes protected
+  std::uint64_t block = 1;                          // bytes in a block
+  std::uint64_t first = 0;                          // row of the first parity block here
+  std::uint64_t rows = 1;                           // parity blocks here
+
+  std::uint64_t dataBlocks() const { return (length - 1) / block + 1; }
+
+  template <class Visitor>
+  void fields(Visitor& v) {
+    v.varint("distance", distance);
+    v.varint("length", length, 1, kMaxParityRun);
+    v.varint("block", block, 1, length);
+    v.varint("first", first, 0, kMaxBlocks - 2);
+    v.varint("rows", rows, 1, kMaxBlocks - 1);
+    v.require(dataBlocks() + first + rows <= kMaxBlocks, "more blocks than 256");
+  }
+};
+
 /// The head of the index's content (spec container 7.1).
 struct FileRecord {
   static constexpr const char* kName = "index";
@@ -146,7 +216,9 @@ struct FileRecord {
   Uuid uuid{};
   std::string tags;
   std::uint64_t tracks = 1;
-  std::uint64_t frames = 0;
+  std::uint64_t chapters = 0;
+  std::uint64_t attachments = 0;
+  std::uint64_t entries = 0;
 
   template <class Visitor>
   void fields(Visitor& v) {
@@ -154,8 +226,10 @@ struct FileRecord {
     v.fixed("minor", minor);
     v.array("uuid", uuid);
     v.text("tags", tags, kMaxTags);
-    v.varint("tracks", tracks, 1);
-    v.varint("frames", frames);
+    v.varint("tracks", tracks, 1, kMaxTracks);
+    v.varint("chapters", chapters, 0, kMaxChapters);
+    v.varint("attachments", attachments, 0, kMaxAttachments);
+    v.varint("entries", entries);
   }
 };
 

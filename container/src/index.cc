@@ -10,23 +10,37 @@
 namespace isoreel::container {
 namespace {
 
-// The first track is the one that is read; the others only have to be well formed.
 Status readTracks(ByteReader& in, std::uint64_t count, Contents& contents) {
   for (std::uint64_t i = 0; i < count; ++i) {
-    TrackRecord track;
-    ISOREEL_TRY(readSized(in, track));
-    if (i > 0) continue;
-    contents.track = track.id;
-    contents.info.time_base = track.time_base;
-    contents.info.track_name = std::move(track.name);
-    contents.info.configuration = std::move(track.configuration);
+    TrackRecord record;
+    ISOREEL_TRY(readSized(in, record));
+    TrackContents& track = contents.track(record.id);
+    if (track.has_record) {
+      return {ErrorCode::kBadData,
+              "index: two tracks have the id " + std::to_string(record.id) + " (spec container 5)"};
+    }
+    track.record = std::move(record);
+    track.has_record = true;
+  }
+  return {};
+}
+
+Status readAttachments(ByteReader& in, std::uint64_t count, std::uint64_t end, Contents& contents) {
+  for (std::uint64_t i = 0; i < count; ++i) {
+    Attachment attachment;
+    ISOREEL_TRY(readSized(in, attachment));
+    if (attachment.offset < Signature::kBytes || attachment.offset > end ||
+        attachment.length > end - attachment.offset) {
+      return {ErrorCode::kBadData, "index: an attachment is not in front of it (spec container 7.3)"};
+    }
+    contents.info.attachments.push_back(std::move(attachment));
   }
   return {};
 }
 
 // `end` is where the frame chunks must end: the index's own offset.
 Status readEntries(ByteReader& in, std::uint64_t count, std::uint64_t end, Contents& contents) {
-  FrameOrder order;
+  std::vector<FrameOrder> orders(contents.tracks.size());
   std::uint64_t position = Signature::kBytes;
   for (std::uint64_t i = 0; i < count; ++i) {
     IndexEntry entry;
@@ -40,10 +54,16 @@ Status readEntries(ByteReader& in, std::uint64_t count, std::uint64_t end, Conte
     frame.offset = position + entry.gap;
     frame.bytes = entry.chunk_length;
     position = frame.offset + frame.bytes;
-    if (entry.track != contents.track) continue;
+    const auto track = std::find_if(contents.tracks.begin(), contents.tracks.end(),
+                                    [&](const TrackContents& t) { return t.record.id == entry.track; });
+    if (track == contents.tracks.end()) {
+      return {ErrorCode::kBadData,
+              "index entry " + std::to_string(i) + ": there is no such track (spec container 7.2)"};
+    }
+    FrameOrder& order = orders[static_cast<std::size_t>(track - contents.tracks.begin())];
     ISOREEL_TRY(order.check(frame.header));
     order.passed(frame.header);
-    contents.frames.push_back(frame);
+    track->add(frame);
   }
   return {};
 }
@@ -64,20 +84,25 @@ Status IndexBuilder::add(std::uint64_t track, const FrameHeader& header, std::ui
                                    std::to_string(kMaxIndexContent) + " bytes (spec container 10)"};
   }
   entries_.insert(entries_.end(), bytes.begin(), bytes.end());
-  ++frames_;
+  ++count_;
   end_ = offset + chunk_bytes;
   return {};
 }
 
-Result<Bytes> IndexBuilder::finish(const Uuid& uuid, const std::string& tags, const TrackRecord& track,
+Result<Bytes> IndexBuilder::finish(const FileInfo& info, const std::vector<TrackRecord>& tracks,
                                    std::uint64_t file_bytes) const {
   FileRecord file;
-  file.uuid = uuid;
-  file.tags = tags;
-  file.frames = frames_;
+  file.uuid = info.uuid;
+  file.tags = info.tags;
+  file.tracks = tracks.size();
+  file.chapters = info.chapters.size();
+  file.attachments = info.attachments.size();
+  file.entries = count_;
   Bytes content;
   ISOREEL_TRY(writeSized(content, file));
-  ISOREEL_TRY(writeSized(content, track));
+  for (const TrackRecord& track : tracks) ISOREEL_TRY(writeSized(content, track));
+  for (const Chapter& chapter : info.chapters) ISOREEL_TRY(writeSized(content, chapter));
+  for (const Attachment& attachment : info.attachments) ISOREEL_TRY(writeSized(content, attachment));
   content.insert(content.end(), entries_.begin(), entries_.end());
   ISOREEL_ASSIGN(const Bytes payload, compress(content));
 
@@ -87,7 +112,7 @@ Result<Bytes> IndexBuilder::finish(const Uuid& uuid, const std::string& tags, co
   footer.index_offset = file_bytes;
   footer.index_length = chunks.size();
   footer.file_length = file_bytes + chunks.size() + Footer::kChunkBytes;
-  footer.uuid = uuid;
+  footer.uuid = info.uuid;
   Bytes footer_payload;
   ISOREEL_TRY(writeSyntax(footer_payload, footer));
   ISOREEL_TRY(appendChunk(chunks, kFooterType, footer_payload));
@@ -123,7 +148,7 @@ Status readIndex(ByteSpan chunk, const Footer& footer, Contents& contents) {
   if (file.uuid != footer.uuid) {
     return {ErrorCode::kBadData, "index: its UUID is not the footer's (spec container 7.1)"};
   }
-  if (file.frames > footer.file_length / kMinFrameChunk) {
+  if (file.entries > footer.file_length / kMinFrameChunk) {
     return {ErrorCode::kBadData, "index: more frames than the file has room for (spec container 7.1)"};
   }
   contents.info.uuid = file.uuid;
@@ -132,8 +157,10 @@ Status readIndex(ByteSpan chunk, const Footer& footer, Contents& contents) {
   contents.info.tags = std::move(file.tags);
   contents.info.indexed = true;
   ISOREEL_TRY(readTracks(in, file.tracks, contents));
-  contents.frames.reserve(static_cast<std::size_t>(file.frames));
-  return readEntries(in, file.frames, footer.index_offset, contents);
+  for (std::uint64_t i = 0; i < file.chapters; ++i)
+    ISOREEL_TRY(readSized(in, contents.info.chapters.emplace_back()));
+  ISOREEL_TRY(readAttachments(in, file.attachments, footer.index_offset, contents));
+  return readEntries(in, file.entries, footer.index_offset, contents);
 }
 
 }  // namespace isoreel::container

@@ -10,15 +10,17 @@ namespace isoreel::container {
 /// Collects what the index says of each frame while a file is written: some 80 bytes a frame.
 class IndexBuilder {
  public:
-  /// kLimit when the index would grow above what readers take.
+  /// Frames come in the order in which they stand in the file. kLimit when the index would grow above what
+  /// readers take.
   Status add(std::uint64_t track, const FrameHeader& header, std::uint64_t offset, std::uint64_t chunk_bytes);
-  /// The INDX and FOOT chunks of a file that is `file_bytes` long so far.
-  Result<Bytes> finish(const Uuid& uuid, const std::string& tags, const TrackRecord& track,
+  /// The INDX and FOOT chunks of a file that is `file_bytes` long so far. Of `info`: UUID, tags, chapters,
+  /// attachments.
+  Result<Bytes> finish(const FileInfo& info, const std::vector<TrackRecord>& tracks,
                        std::uint64_t file_bytes) const;
 
  private:
   Bytes entries_;
-  std::uint64_t frames_ = 0;
+  std::uint64_t count_ = 0;
   std::uint64_t end_ = Signature::kBytes;  // of the last frame chunk
 };
 

@@ -5,7 +5,7 @@
 
 #include "src/chunk.h"
 #include "src/contents.h"
-#include "src/index.h"
+#include "src/open.h"
 #include "src/scan.h"
 
 namespace isoreel {
@@ -13,121 +13,223 @@ namespace {
 
 using namespace container;
 
-constexpr std::uint64_t kTailBytes = 65536;
+constexpr std::uint64_t kMostAhead = std::uint64_t{1} << 24;  // bytes that are fetched together
 
-// `count` bytes, which the caller knows to lie inside the source.
-Result<Bytes> readExactly(ByteSource& source, std::uint64_t offset, std::uint64_t count) {
-  Bytes bytes(static_cast<std::size_t>(count));
-  ISOREEL_ASSIGN(const std::size_t got, source.read(offset, bytes));
-  if (got != bytes.size()) {
-    return {ErrorCode::kTruncated,
-            "ends at byte " + std::to_string(offset + got) + ", inside what is listed there"};
-  }
-  return bytes;
-}
+// An attachment's content, front to back. Other chunks may stand between its parts: parity, for one.
+class AttachmentSource final : public ByteSource {
+ public:
+  AttachmentSource(ByteSource& file, Attachment attachment)
+      : file_(file), attachment_(std::move(attachment)) {}
 
-// Fills `contents` from the index when there is one, with one read of the file's tail and, for a long index,
-// one more. False when there is none, or a bad one, which is noted as damage: then the chunks have to be
-// scanned.
-Result<bool> openByIndex(ByteSource& source, std::uint64_t size, Contents& contents) {
-  if (size < Signature::kBytes + Footer::kChunkBytes) return false;
-  const std::uint64_t tail_offset = size - std::min(size, kTailBytes);
-  ISOREEL_ASSIGN(const Bytes tail, readExactly(source, tail_offset, size - tail_offset));
-  const Result<Footer> footer = readFooter(ByteSpan(tail).last(Footer::kChunkBytes), size);
-  if (!footer.ok()) return false;
+  Result<std::size_t> read(std::uint64_t offset, std::span<std::uint8_t> out) override {
+    if (offset < start_) rewind();
+    std::size_t done = 0;
+    while (done < out.size() && offset + done < attachment_.bytes) {
+      const std::uint64_t inside = offset + done - start_;
+      if (inside >= part_.size()) {
+        if (Status status = withoutThrowing([&] { return nextPart(); }); !status.ok())
+          return status.at(name());
+        continue;
+      }
+      const std::size_t count =
+          std::min<std::size_t>(out.size() - done, part_.size() - static_cast<std::size_t>(inside));
+      std::copy_n(part_.begin() + static_cast<std::ptrdiff_t>(inside), count,
+                  out.begin() + static_cast<std::ptrdiff_t>(done));
+      done += count;
+    }
+    return done;
+  }
+  std::optional<std::uint64_t> size() const override { return attachment_.bytes; }
+  std::string name() const override { return file_.name() + ": attachment '" + attachment_.name + "'"; }
 
-  Bytes apart;
-  ByteSpan chunk;
-  if (footer->index_offset >= tail_offset) {
-    chunk = ByteSpan(tail).subspan(static_cast<std::size_t>(footer->index_offset - tail_offset),
-                                   static_cast<std::size_t>(footer->index_length));
-  } else {
-    ISOREEL_ASSIGN(apart, readExactly(source, footer->index_offset, footer->index_length));
-    chunk = apart;
+ private:
+  void rewind() {
+    start_ = walked_ = next_ = 0;
+    part_.clear();
   }
-  Contents found;
-  found.info = contents.info;
-  if (Status status = readIndex(chunk, *footer, found); !status.ok()) {
-    if (status.error().code == ErrorCode::kUnsupported) return status;
-    contents.info.damage.push_back("index at byte " + std::to_string(footer->index_offset) + ": " +
-                                   std::string(status.message()));
-    return false;
-  }
-  contents = std::move(found);
-  return true;
-}
 
-Status openContents(ByteSource& source, Contents& contents) {
-  const std::optional<std::uint64_t> size = source.size();
-  if (!source.seekable() || !size) {
-    return {ErrorCode::kInvalidArgument,
-            "cannot go back in a pipe, which random access needs: play it forward (StreamReader) or save it "
-            "to a file"};
+  Status nextPart() {
+    start_ += part_.size();
+    part_.clear();
+    while (walked_ < attachment_.length) {
+      const std::uint64_t offset = attachment_.offset + walked_;
+      const std::string place = "byte " + std::to_string(offset);
+      ISOREEL_ASSIGN(const Bytes front, readExactly(file_, offset, ChunkHeader::kBytes).at(place));
+      ISOREEL_ASSIGN(const ChunkHeader header, readChunkHeader(front).at(place));
+      if (header.length > attachment_.length - walked_) break;
+      const std::uint64_t whole = header.length + kChunkOverhead;
+      walked_ += whole;
+      if (header.type != kAttachmentType) continue;
+      ISOREEL_TRY(checkPayloadLength(header).at(place));
+      ISOREEL_ASSIGN(const Bytes chunk, readExactly(file_, offset, whole).at(place));
+      ISOREEL_ASSIGN(const ByteSpan payload, readChunk(chunk, kAttachmentType).at(place));
+      ISOREEL_ASSIGN(PartFacts facts, readPart(payload).at(place));
+      if (facts.part.name != attachment_.name || facts.part.part != next_ || facts.content.empty()) break;
+      part_ = std::move(facts.content);
+      ++next_;
+      return {};
+    }
+    return {ErrorCode::kBadData, "its parts are not those that are listed (spec container 7.3)"};
   }
-  contents.info.bytes = *size;
-  contents.info.tags = "{}";
-  ISOREEL_ASSIGN(const bool indexed, openByIndex(source, *size, contents));
-  return indexed ? Status() : scanChunks(source, *size, contents);
-}
 
-Result<Bytes> readPacket(ByteSource& source, const Contents& contents, const FrameEntry& frame) {
-  ISOREEL_ASSIGN(Bytes chunk, readExactly(source, frame.offset, frame.bytes));
-  ISOREEL_ASSIGN(const ByteSpan payload, readChunk(chunk, kFrameType));
-  ISOREEL_ASSIGN(const FrameFacts facts, readFrameStart(payload, payload.size()));
-  if (facts.track != contents.track || facts.header != frame.header) {
-    return {ErrorCode::kBadData, "frame header is not the one that is listed (spec container 7.2)"};
-  }
-  const auto start = chunk.begin() + static_cast<std::ptrdiff_t>(ChunkHeader::kBytes + facts.packet_start);
-  chunk.erase(std::copy(start, start + static_cast<std::ptrdiff_t>(facts.packet_bytes), chunk.begin()),
-              chunk.end());
-  return chunk;
-}
+  ByteSource& file_;
+  const Attachment attachment_;
+  std::uint64_t start_ = 0;   // of part_ in the content
+  std::uint64_t walked_ = 0;  // bytes of chunks behind attachment_.offset
+  std::uint64_t next_ = 0;    // part
+  Bytes part_;
+};
 
 }  // namespace
 
 struct Reader::State {
   std::unique_ptr<ByteSource> source;
   Contents contents;
+  std::size_t chosen = 0;
+
+  // Entries that are going to be asked for, and what was fetched of the file for them.
+  std::uint64_t ahead_begin = 0, ahead_end = 0;
+  Bytes run;
+  std::uint64_t run_offset = 0;
+
+  const TrackContents& track() const { return contents.tracks[chosen]; }
+  std::uint64_t runEnd(std::uint64_t entry) const;
+  Result<Bytes> chunk(std::uint64_t entry);
 };
+
+// The end of the last chunk that is worth fetching with that of `entry`: announced, and with more of what is
+// asked for than of other things in between.
+std::uint64_t Reader::State::runEnd(std::uint64_t entry) const {
+  const std::vector<FrameEntry>& entries = track().entries;
+  const FrameEntry& first = entries[static_cast<std::size_t>(entry)];
+  std::uint64_t end = first.offset + first.bytes, wanted = first.bytes;
+  if (entry < ahead_begin) return end;
+  for (++entry; entry < std::min<std::uint64_t>(ahead_end, entries.size()); ++entry) {
+    const FrameEntry& next = entries[static_cast<std::size_t>(entry)];
+    wanted += next.bytes;
+    const std::uint64_t span = next.offset + next.bytes - first.offset;
+    if (span > kMostAhead || span / 2 > wanted) break;
+    end = next.offset + next.bytes;
+  }
+  return end;
+}
+
+Result<Bytes> Reader::State::chunk(std::uint64_t entry) {
+  const FrameEntry& frame = track().entries[static_cast<std::size_t>(entry)];
+  const auto held = [&] {
+    return frame.offset >= run_offset && frame.offset - run_offset <= run.size() &&
+           frame.bytes <= run.size() - (frame.offset - run_offset);
+  };
+  if (!held()) {
+    const std::uint64_t end = runEnd(entry);
+    run = {};
+    if (end == frame.offset + frame.bytes) return readExactly(*source, frame.offset, frame.bytes);
+    Result<Bytes> fetched = readExactly(*source, frame.offset, end - frame.offset);
+    if (!fetched)
+      return readExactly(*source, frame.offset, frame.bytes);  // the file may have been cut further on
+    run = *std::move(fetched);
+    run_offset = frame.offset;
+  }
+  const auto start = run.begin() + static_cast<std::ptrdiff_t>(frame.offset - run_offset);
+  Bytes result(start, start + static_cast<std::ptrdiff_t>(frame.bytes));
+  if (start + static_cast<std::ptrdiff_t>(frame.bytes) == run.end()) run = {};
+  return result;
+}
 
 Reader::Reader(std::unique_ptr<State> state) : state_(std::move(state)) {}
 Reader::~Reader() = default;
 
-Result<std::unique_ptr<Reader>> Reader::open(const std::filesystem::path& path) {
+Result<std::unique_ptr<Reader>> Reader::open(const std::filesystem::path& path, const std::string& track) {
   ISOREEL_ASSIGN(auto source, openFile(path));
-  return open(std::move(source));
+  return open(std::move(source), track);
 }
 
-Result<std::unique_ptr<Reader>> Reader::open(std::unique_ptr<ByteSource> source) {
+Result<std::unique_ptr<Reader>> Reader::open(std::unique_ptr<ByteSource> source, const std::string& track) {
   auto state = std::make_unique<State>();
   state->source = std::move(source);
   ByteSource& bytes = *state->source;
-  ISOREEL_TRY(withoutThrowing([&] { return openContents(bytes, state->contents); }).at(bytes.name()));
+  const auto opened = [&]() -> Status {
+    ISOREEL_TRY(openContents(bytes, state->contents));
+    ISOREEL_ASSIGN(state->chosen, state->contents.choose(track));
+    return {};
+  };
+  const Status status = withoutThrowing(opened).at(bytes.name());
+  if (!status.ok()) return status;
   return std::unique_ptr<Reader>(new Reader(std::move(state)));
 }
 
-const FileInfo& Reader::info() const { return state_->contents.info; }
-std::uint64_t Reader::frameCount() const { return state_->contents.frames.size(); }
-const FrameHeader& Reader::header(std::uint64_t position) const {
-  return state_->contents.frames[static_cast<std::size_t>(position)].header;
-}
-std::uint64_t Reader::chunkOffset(std::uint64_t position) const {
-  return state_->contents.frames[static_cast<std::size_t>(position)].offset;
-}
-std::uint64_t Reader::chunkBytes(std::uint64_t position) const {
-  return state_->contents.frames[static_cast<std::size_t>(position)].bytes;
+Result<FileInfo> scanFile(ByteSource& source) {
+  if (!source.seekable() || !source.size())
+    return {ErrorCode::kInvalidArgument, source.name() + ": a pipe cannot be scanned"};
+  const auto scan = [&]() -> Result<FileInfo> {
+    Contents contents;
+    contents.info.bytes = *source.size();
+    ISOREEL_TRY(scanChunks(source, *source.size(), contents));
+    ISOREEL_ASSIGN(std::ignore, contents.choose(""));
+    return std::move(contents.info);
+  };
+  return withoutThrowing(scan).at(source.name());
 }
 
-Result<Bytes> Reader::packet(std::uint64_t position) {
-  ByteSource& source = *state_->source;
-  if (position >= frameCount()) {
-    return {ErrorCode::kNotFound, source.name() + ": there is no frame at position " +
-                                      std::to_string(position) + "; the file has " +
-                                      std::to_string(frameCount())};
+const FileInfo& Reader::info() const { return state_->contents.info; }
+std::uint64_t Reader::frameCount() const { return state_->track().shown.size(); }
+std::uint64_t Reader::entryCount() const { return state_->track().entries.size(); }
+std::uint64_t Reader::entryOf(std::uint64_t frame) const {
+  return state_->track().shown[static_cast<std::size_t>(frame)];
+}
+const FrameHeader& Reader::header(std::uint64_t frame) const { return entryHeader(entryOf(frame)); }
+const FrameHeader& Reader::entryHeader(std::uint64_t entry) const {
+  return state_->track().entries[static_cast<std::size_t>(entry)].header;
+}
+std::uint64_t Reader::chunkOffset(std::uint64_t entry) const {
+  return state_->track().entries[static_cast<std::size_t>(entry)].offset;
+}
+std::uint64_t Reader::chunkBytes(std::uint64_t entry) const {
+  return state_->track().entries[static_cast<std::size_t>(entry)].bytes;
+}
+
+std::uint64_t Reader::entryBytes(std::uint64_t entry) const {
+  const FrameEntry& frame = state_->track().entries[static_cast<std::size_t>(entry)];
+  Bytes start;  // with a packet length of one byte
+  if (!appendFrameStart(start, state_->track().record.id, frame.header, 1).ok()) return 0;
+  const std::uint64_t rest = frame.bytes - std::min(frame.bytes, kChunkOverhead + start.size() - 1);
+  for (std::uint64_t length = 1; length <= 5 && length < rest; ++length) {
+    if ((rest - length) >> (7 * length) == 0) return rest - length;
   }
-  const FrameEntry& frame = state_->contents.frames[static_cast<std::size_t>(position)];
-  return withoutThrowing([&] { return readPacket(source, state_->contents, frame); })
-      .at(source.name() + ": " + framePlace(frame.header.number, frame.offset));
+  return 0;
+}
+void Reader::willRead(std::uint64_t begin, std::uint64_t end) {
+  state_->ahead_begin = begin;
+  state_->ahead_end = end;
+}
+
+Result<Bytes> Reader::packet(std::uint64_t frame) {
+  if (frame < frameCount()) return entryPacket(entryOf(frame));
+  return {ErrorCode::kNotFound, state_->source->name() + ": there is no frame at position " +
+                                    std::to_string(frame) + "; the file has " + std::to_string(frameCount())};
+}
+
+Result<Bytes> Reader::entryPacket(std::uint64_t entry) {
+  ByteSource& source = *state_->source;
+  if (entry >= entryCount()) {
+    return {ErrorCode::kNotFound,
+            source.name() + ": there is no packet at position " + std::to_string(entry)};
+  }
+  const FrameEntry& frame = state_->track().entries[static_cast<std::size_t>(entry)];
+  const auto read = [&]() -> Result<Bytes> {
+    ISOREEL_ASSIGN(Bytes chunk, state_->chunk(entry));
+    return packetOf(std::move(chunk), state_->track().record.id, frame);
+  };
+  return withoutThrowing(read).at(source.name() + ": " + framePlace(frame.header, frame.offset));
+}
+
+Result<std::unique_ptr<ByteSource>> Reader::openAttachment(const std::string& name) {
+  ByteSource& source = *state_->source;
+  for (const Attachment& attachment : info().attachments) {
+    if (attachment.name == name)
+      return std::unique_ptr<ByteSource>(std::make_unique<AttachmentSource>(source, attachment));
+  }
+  return {ErrorCode::kNotFound, source.name() + ": there is no attachment '" + name + "'"};
 }
 
 }  // namespace isoreel

@@ -7,40 +7,10 @@
 #include "src/chunk.h"
 #include "src/compress.h"
 #include "src/signature.h"
+#include "src/window.h"
 
 namespace isoreel::container {
 namespace {
-
-/// A part of the source in memory, moved along as it is asked for.
-class Window {
- public:
-  static constexpr std::size_t kStep = std::size_t{1} << 18;
-
-  Window(ByteSource& source, std::uint64_t size) : source_(source), size_(size) {}
-
-  /// Bytes from `offset` on: at least `count` (at most kStep) unless the file ends before. Good until the
-  /// next call. Empty with status() set when reading failed.
-  ByteSpan at(std::uint64_t offset, std::size_t count) {
-    const std::uint64_t left = size_ - std::min(size_, offset);
-    const std::size_t wanted = static_cast<std::size_t>(std::min<std::uint64_t>(count, left));
-    if (offset < start_ || offset - start_ > bytes_.size() || bytes_.size() - (offset - start_) < wanted) {
-      bytes_.resize(static_cast<std::size_t>(std::min<std::uint64_t>(kStep, left)));
-      start_ = offset;
-      const Result<std::size_t> got = source_.read(offset, bytes_);
-      if (!got.ok()) status_ = got.status();
-      bytes_.resize(got.ok() ? std::min(*got, bytes_.size()) : 0);
-    }
-    return ByteSpan(bytes_).subspan(static_cast<std::size_t>(offset - start_));
-  }
-  const Status& status() const { return status_; }
-
- private:
-  ByteSource& source_;
-  const std::uint64_t size_;
-  std::uint64_t start_ = 0;
-  Bytes bytes_;
-  Status status_;
-};
 
 class Scanner {
  public:
@@ -54,6 +24,7 @@ class Scanner {
       ISOREEL_TRY(window_.status());
       if (step.status.ok()) {
         closeGap(position);
+        contents_.end = step.next;
       } else if (!gap_start_) {
         gap_start_ = position;
         gap_reason_ = step.status.message();
@@ -61,12 +32,15 @@ class Scanner {
       position = step.next;
     }
     closeGap(size_);
-    if (!has_track_ && contents_.frames.empty()) {
+    if (contents_.tracks.empty()) {
       return {ErrorCode::kTruncated, "neither a track record nor a frame is whole (spec container 9.2)"};
     }
-    if (!has_track_) {
-      contents_.info.damage.emplace_back(
-          "no track record is whole: time base, track name and configuration are lost (spec container 5)");
+    for (const TrackContents& track : contents_.tracks) {
+      if (track.has_record) continue;
+      contents_.info.damage.push_back(
+          "track " + std::to_string(track.record.id) +
+          ": no record is whole: time base, name and configuration are lost (spec "
+          "container 5)");
     }
     return {};
   }
@@ -97,12 +71,12 @@ class Scanner {
       return {{ErrorCode::kTruncated, "ends inside a chunk header (spec container 3.1)"}, size_};
     }
     const Result<ChunkHeader> header = readChunkHeader(front);
-    if (!header.ok()) return {header.status(), nextHeader(position + 1)};
+    if (!header.ok()) return {header.status(), window_.nextHeader(position + 1)};
     const std::uint64_t room = size_ - position - ChunkHeader::kBytes;
     if (room < kPayloadCrcBytes || header->length > room - kPayloadCrcBytes) {
       return {
           {ErrorCode::kTruncated, "ends inside a " + typeName(header->type) + " chunk (spec container 3.1)"},
-          nextHeader(position + 1)};
+          window_.nextHeader(position + 1)};
     }
     const std::uint64_t end = position + kChunkOverhead + header->length;
     if (Status limit = checkPayloadLength(*header); !limit.ok()) return {std::move(limit), end};
@@ -112,7 +86,7 @@ class Scanner {
       // payloads must not cost a CRC of the rest for each: beyond the file's size in failed payloads, whole
       // ones are passed.
       failed_bytes_ += header->length;
-      return {crc.at(typeName(header->type)), failed_bytes_ > size_ ? end : nextHeader(position + 1)};
+      return {crc.at(typeName(header->type)), failed_bytes_ > size_ ? end : window_.nextHeader(position + 1)};
     }
     return {take(*header, position, kept), end};
   }
@@ -121,7 +95,10 @@ class Scanner {
   Status payload(std::uint64_t offset, const ChunkHeader& header, Bytes& kept) {
     std::uint64_t keep = 0;
     if (header.type == kFrameType) keep = kMaxFrameStart;
-    if (header.type == kTrackType || header.type == kTagsType) keep = header.length;
+    if (header.type == kTrackType || header.type == kTagsType || header.type == kChaptersType ||
+        header.type == kAttachmentType) {
+      keep = header.length;
+    }
     std::uint32_t crc = 0;
     for (std::uint64_t done = 0; done < header.length;) {
       const ByteSpan bytes = first(window_.at(offset + done, 1), header.length - done);
@@ -138,54 +115,53 @@ class Scanner {
   Status take(const ChunkHeader& header, std::uint64_t position, const Bytes& kept) {
     if (header.type == kFrameType) return frame(header, position, kept);
     if (header.type == kTrackType) return track(kept);
-    if (header.type != kTagsType) return {};
-    ISOREEL_ASSIGN(const Bytes tags, decompress(kept, kMaxTags));
-    contents_.info.tags.assign(tags.begin(), tags.end());
+    if (header.type == kAttachmentType) return attachment(header, position, kept);
+    if (header.type == kTagsType) {
+      ISOREEL_ASSIGN(const Bytes tags, decompress(kept, kMaxTags));
+      contents_.info.tags.assign(tags.begin(), tags.end());
+    }
+    if (header.type == kChaptersType) {
+      ISOREEL_ASSIGN(const Bytes content, decompress(kept, kMaxChaptersContent));
+      ISOREEL_ASSIGN(contents_.info.chapters, readChapters(content));
+    }
     return {};
   }
 
   Status frame(const ChunkHeader& header, std::uint64_t position, const Bytes& kept) {
     ISOREEL_ASSIGN(const FrameFacts facts, readFrameStart(kept, header.length));
-    if (!has_track_ && contents_.frames.empty()) contents_.track = facts.track;
-    if (facts.track != contents_.track) return {};
-    ISOREEL_TRY(order_.checkRising(facts.header));
-    order_.passed(facts.header);
-    contents_.frames.push_back({facts.header, position, header.length + kChunkOverhead});
+    if (contents_.tracks.size() >= kMaxTracks && !known(facts.track)) return tooManyTracks();
+    TrackContents& track = contents_.track(facts.track);
+    orders_.resize(contents_.tracks.size());
+    FrameOrder& order = orders_[static_cast<std::size_t>(&track - contents_.tracks.data())];
+    ISOREEL_TRY(order.checkRising(facts.header));
+    order.passed(facts.header);
+    track.add({facts.header, position, header.length + kChunkOverhead});
     return {};
   }
 
-  // The first track counts; if its record was lost, that of the frames found so far.
+  // The first record of a track counts.
   Status track(const Bytes& kept) {
     TrackRecord record;
     ByteReader in(kept);
     ISOREEL_TRY(readSyntax(in, record));
-    if (has_track_ || (!contents_.frames.empty() && record.id != contents_.track)) return {};
-    has_track_ = true;
-    contents_.track = record.id;
-    contents_.info.time_base = record.time_base;
-    contents_.info.track_name = std::move(record.name);
-    contents_.info.configuration = std::move(record.configuration);
+    if (contents_.tracks.size() >= kMaxTracks && !known(record.id)) return tooManyTracks();
+    TrackContents& track = contents_.track(record.id);
+    if (!track.has_record) track.record = std::move(record);
+    track.has_record = true;
     return {};
   }
 
-  // The next place from `position` on where a chunk header with a good CRC stands; the end when there is
-  // none.
-  std::uint64_t nextHeader(std::uint64_t position) {
-    constexpr auto& kSync = ChunkHeader::kSync;
-    while (position + ChunkHeader::kBytes <= size_) {
-      const ByteSpan bytes = window_.at(position, ChunkHeader::kBytes);
-      if (bytes.size() < ChunkHeader::kBytes) break;
-      const auto found = std::search(bytes.begin(), bytes.end(), kSync.begin(), kSync.end());
-      const std::size_t passed = static_cast<std::size_t>(found - bytes.begin());
-      if (found == bytes.end()) {
-        position += passed - (kSync.size() - 1);  // a marker may be half in this window
-      } else if (startsChunk(window_.at(position + passed, ChunkHeader::kBytes))) {
-        return position + passed;
-      } else {
-        position += passed + 1;
-      }
-    }
-    return size_;
+  Status attachment(const ChunkHeader& header, std::uint64_t position, const Bytes& kept) {
+    ISOREEL_ASSIGN(const PartFacts facts, readPart(kept));
+    return attachments_.add(facts.part, facts.content.size(), position, header.length + kChunkOverhead);
+  }
+
+  bool known(std::uint64_t id) const {
+    return std::any_of(contents_.tracks.begin(), contents_.tracks.end(),
+                       [&](const TrackContents& t) { return t.record.id == id; });
+  }
+  static Status tooManyTracks() {
+    return {ErrorCode::kLimit, "more than " + std::to_string(kMaxTracks) + " tracks (spec container 10)"};
   }
 
   void closeGap(std::uint64_t end) {
@@ -202,8 +178,8 @@ class Scanner {
   Window window_;
   const std::uint64_t size_;
   Contents& contents_;
-  FrameOrder order_;
-  bool has_track_ = false;
+  std::vector<FrameOrder> orders_;  // of contents_.tracks
+  AttachmentList attachments_{contents_.info.attachments};
   std::uint64_t failed_bytes_ = 0;
   std::optional<std::uint64_t> gap_start_;
   std::string gap_reason_;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <isoreel/container/byte_source.h>
+
 #include "src/contents.h"
 
 namespace isoreel::container {

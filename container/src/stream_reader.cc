@@ -15,11 +15,12 @@ using namespace container;
 struct StreamReader::State {
   std::unique_ptr<ByteSource> source;
   FileInfo info;
-  std::uint64_t track = 0;
+  std::string wanted;  // name or id of the track, "" for the first
   bool has_track = false;
-  std::uint64_t position = 0;  // of the next byte to read
-  FrameOrder order;
-  std::uint64_t frames = 0;
+  std::size_t chosen = 0;          // the one that is played, in info.tracks
+  std::uint64_t position = 0;      // of the next byte to read
+  std::vector<FrameOrder> orders;  // of info.tracks
+  AttachmentList attachments{info.attachments};
   std::uint64_t index_offset = 0;  // of the last INDX chunk, and its length
   std::uint64_t index_length = 0;
   bool footer_last = false;  // the chunk read last was a footer
@@ -45,10 +46,10 @@ Result<Bytes> StreamReader::State::read(std::uint64_t count) {
   while (bytes.size() < count) {
     const std::size_t had = bytes.size();
     bytes.resize(had + static_cast<std::size_t>(std::min<std::uint64_t>(count - had, kStep)));
-    const std::span<std::uint8_t> wanted = std::span(bytes).subspan(had);
-    ISOREEL_ASSIGN(const std::size_t got, source->read(position, wanted));
+    const std::span<std::uint8_t> rest = std::span(bytes).subspan(had);
+    ISOREEL_ASSIGN(const std::size_t got, source->read(position, rest));
     position += got;
-    if (got == wanted.size()) continue;
+    if (got == rest.size()) continue;
     bytes.resize(had + got);
     break;
   }
@@ -57,10 +58,11 @@ Result<Bytes> StreamReader::State::read(std::uint64_t count) {
 
 // The payload, its CRC checked; of chunks that are only skipped nothing is kept.
 Result<Bytes> StreamReader::State::readPayload(const ChunkHeader& header) {
-  const bool wanted = header.type == kFrameType || header.type == kTrackType || header.type == kTagsType ||
-                      header.type == kFooterType;
-  if (wanted) ISOREEL_TRY(checkPayloadLength(header));
-  const std::uint64_t step = wanted ? header.length : std::uint64_t{1} << 16;
+  const bool known = header.type == kFrameType || header.type == kTrackType || header.type == kTagsType ||
+                     header.type == kChaptersType || header.type == kAttachmentType ||
+                     header.type == kFooterType;
+  if (known) ISOREEL_TRY(checkPayloadLength(header));
+  const std::uint64_t step = known ? header.length : std::uint64_t{1} << 16;
   Bytes kept;
   std::uint32_t crc = 0;
   for (std::uint64_t done = 0; done < header.length;) {
@@ -73,7 +75,7 @@ Result<Bytes> StreamReader::State::readPayload(const ChunkHeader& header) {
     }
     crc = crc32c(bytes, crc);
     done += count;
-    if (wanted) kept = std::move(bytes);
+    if (known) kept = std::move(bytes);
   }
   ISOREEL_ASSIGN(const Bytes stored, read(kPayloadCrcBytes));
   if (stored.size() != kPayloadCrcBytes) {
@@ -85,7 +87,6 @@ Result<Bytes> StreamReader::State::readPayload(const ChunkHeader& header) {
 }
 
 Status StreamReader::State::open() {
-  info.tags = "{}";
   info.bytes = source->size().value_or(0);
   ISOREEL_ASSIGN(const Bytes bytes, read(Signature::kBytes));
   ISOREEL_ASSIGN(const SignatureFacts facts, readSignature(bytes));
@@ -96,7 +97,9 @@ Status StreamReader::State::open() {
   while (!has_track) {
     std::optional<Packet> packet;
     ISOREEL_ASSIGN(const bool more, chunk(packet));
-    if (!more) return {ErrorCode::kBadData, "there is no track record (spec container 2.1)"};
+    if (!more && info.tracks.empty())
+      return {ErrorCode::kBadData, "there is no track record (spec container 2.1)"};
+    if (!more) return {ErrorCode::kNotFound, "there is no track '" + wanted + "'"};
   }
   return {};
 }
@@ -115,6 +118,7 @@ Result<bool> StreamReader::State::chunk(std::optional<Packet>& packet) {
   const std::uint64_t offset = position;
   ISOREEL_ASSIGN(const Bytes front, read(ChunkHeader::kBytes));
   if (front.empty() && footer_last) return false;
+  const std::uint64_t frames = has_track ? info.tracks[chosen].frames : 0;
   std::string place = "byte " + std::to_string(offset);
   place += frames > 0 ? " (after frame " + std::to_string(frames - 1) + ")" : " (before frame 0)";
   if (front.empty()) {
@@ -126,7 +130,9 @@ Result<bool> StreamReader::State::chunk(std::optional<Packet>& packet) {
     return Status(ErrorCode::kTruncated, "ends inside a chunk header (spec container 3.1)").at(place);
   }
   ISOREEL_ASSIGN(const ChunkHeader header, readChunkHeader(front).at(place));
-  if (header.type == kFrameType) place = framePlace(frames, offset);
+  // Which frame a damaged chunk held is known where there is one track only.
+  if (header.type == kFrameType && info.tracks.size() == 1)
+    place = "frame " + std::to_string(frames) + " at byte " + std::to_string(offset);
   ISOREEL_ASSIGN(Bytes payload, readPayload(header).at(place));
   ISOREEL_ASSIGN(packet, take(header, offset, std::move(payload)).at(place));
   footer_last = header.type == kFooterType;
@@ -146,16 +152,28 @@ Result<std::optional<Packet>> StreamReader::State::take(const ChunkHeader& heade
     ISOREEL_ASSIGN(const Bytes tags, decompress(payload, kMaxTags));
     info.tags.assign(tags.begin(), tags.end());
   }
+  if (header.type == kChaptersType) {
+    ISOREEL_ASSIGN(const Bytes content, decompress(payload, kMaxChaptersContent));
+    ISOREEL_ASSIGN(info.chapters, readChapters(content));
+  }
+  if (header.type == kAttachmentType) {
+    ISOREEL_ASSIGN(const PartFacts facts, readPart(payload));
+    ISOREEL_TRY(attachments.add(facts.part, facts.content.size(), offset, header.length + kChunkOverhead));
+  }
   return std::optional<Packet>();
 }
 
 Result<std::optional<Packet>> StreamReader::State::frame(Bytes payload) {
   ISOREEL_ASSIGN(const FrameFacts facts, readFrameStart(payload, payload.size()));
-  if (!has_track) return {ErrorCode::kBadData, "frame in front of the track record (spec container 2.1)"};
-  if (facts.track != track) return std::optional<Packet>();
-  ISOREEL_TRY(order.check(facts.header));
-  order.passed(facts.header);
-  ++frames;
+  const auto track = std::find_if(info.tracks.begin(), info.tracks.end(),
+                                  [&](const TrackInfo& t) { return t.id == facts.track; });
+  if (track == info.tracks.end())
+    return {ErrorCode::kBadData, "frame in front of its track's record (spec container 2.1)"};
+  const std::size_t index = static_cast<std::size_t>(track - info.tracks.begin());
+  ISOREEL_TRY(orders[index].check(facts.header));
+  orders[index].passed(facts.header);
+  if (!facts.header.hidden()) ++track->frames;
+  if (!has_track || index != chosen) return std::optional<Packet>();
   const auto start = payload.begin() + static_cast<std::ptrdiff_t>(facts.packet_start);
   payload.erase(std::copy(start, start + static_cast<std::ptrdiff_t>(facts.packet_bytes), payload.begin()),
                 payload.end());
@@ -166,9 +184,17 @@ Status StreamReader::State::takeTrack(const Bytes& payload) {
   TrackRecord record;
   ByteReader in(payload);
   ISOREEL_TRY(readSyntax(in, record));
-  if (has_track) return {};
+  const bool again = std::any_of(info.tracks.begin(), info.tracks.end(),
+                                 [&](const TrackInfo& t) { return t.id == record.id; });
+  if (again) return {};
+  if (info.tracks.size() >= kMaxTracks)
+    return {ErrorCode::kLimit, "more than " + std::to_string(kMaxTracks) + " tracks (spec container 10)"};
+  info.tracks.push_back({record.id, record.name, record.time_base, record.configuration, 0});
+  orders.emplace_back();
+  if (has_track || (!wanted.empty() && !isTrack(record, wanted))) return {};
   has_track = true;
-  track = record.id;
+  chosen = info.tracks.size() - 1;
+  info.track_id = record.id;
   info.time_base = record.time_base;
   info.track_name = std::move(record.name);
   info.configuration = std::move(record.configuration);
@@ -196,8 +222,10 @@ Status StreamReader::State::checkFooter(const Bytes& payload, std::uint64_t offs
 StreamReader::StreamReader(std::unique_ptr<State> state) : state_(std::move(state)) {}
 StreamReader::~StreamReader() = default;
 
-Result<std::unique_ptr<StreamReader>> StreamReader::open(std::unique_ptr<ByteSource> source) {
+Result<std::unique_ptr<StreamReader>> StreamReader::open(std::unique_ptr<ByteSource> source,
+                                                         const std::string& track) {
   auto state = std::make_unique<State>();
+  state->wanted = track;
   state->source = std::move(source);
   ISOREEL_TRY(withoutThrowing([&] { return state->open(); }).at(state->source->name()));
   return std::unique_ptr<StreamReader>(new StreamReader(std::move(state)));

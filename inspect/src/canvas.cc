@@ -31,6 +31,39 @@ Canvas::Canvas(int width, int height)
   cairo_font_options_destroy(options);
 }
 
+Canvas::Canvas(const Image& image) : Canvas(image.width, image.height) {
+  cairo_surface_flush(surface_.get());
+  unsigned char* data = cairo_image_surface_get_data(surface_.get());
+  if (data == nullptr) return;
+  const int stride = cairo_image_surface_get_stride(surface_.get());
+  const std::uint8_t* in = image.pixels.data();
+  for (int line = 0; line < height_; ++line) {
+    auto* row = reinterpret_cast<std::uint32_t*>(data + static_cast<std::ptrdiff_t>(line) * stride);
+    for (int column = 0; column < width_; ++column, in += 4)
+      row[column] = std::uint32_t{in[0]} << 16 | std::uint32_t{in[1]} << 8 | in[2];
+  }
+  cairo_surface_mark_dirty(surface_.get());
+}
+
+void Canvas::paper() const {
+  cairo_set_source_rgb(cairo(), 0.96, 0.96, 0.96);
+  cairo_paint(cairo());
+}
+
+void Canvas::ink() const { cairo_set_source_rgb(cairo(), 0.15, 0.15, 0.15); }
+
+double Canvas::widthOf(const char* text) const {
+  cairo_text_extents_t extents;
+  cairo_text_extents(cairo(), text, &extents);
+  return extents.x_advance;
+}
+
+double Canvas::fitFont(const char* text, double size, double room) const {
+  cairo_set_font_size(cairo(), size);
+  if (const double width = widthOf(text); width > room) cairo_set_font_size(cairo(), size *= room / width);
+  return size;
+}
+
 void Canvas::copyTo(Image& image, int x, int y) const {
   cairo_surface_flush(surface_.get());
   const unsigned char* data = cairo_image_surface_get_data(surface_.get());

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <isoreel/inspect/render.h>
+#include "src/colour_bar.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-
-#include "src/canvas.h"
 
 namespace isoreel::inspect {
 namespace {
@@ -43,12 +41,8 @@ std::array<std::uint8_t, 3> colourOf(const ColourScale& scale, double value) {
   return result;
 }
 
-void drawColourBar(const ColourScale& scale, Image& image) {
-  const int width = std::max(image.width * 2 / 5, 1), height = std::max(image.height / 11, 1);
-  Canvas canvas(width, height);
+void paintColourBar(Canvas& canvas, const ColourScale& scale, double width, double height) {
   cairo_t* cairo = canvas.cairo();
-  cairo_set_source_rgb(cairo, 0.96, 0.96, 0.96);
-  cairo_paint(cairo);
   const double margin = 0.14 * height, bar = 0.3 * height;
   const int last = static_cast<int>(width - 2 * margin);
   for (int x = 0; x < last; ++x) {
@@ -57,17 +51,13 @@ void drawColourBar(const ColourScale& scale, Image& image) {
     cairo_rectangle(cairo, margin + x, margin, 1.5, bar);
     cairo_fill(cairo);
   }
-  cairo_set_source_rgb(cairo, 0.15, 0.15, 0.15);
+  canvas.ink();
   double size = 0.34 * height;
   cairo_set_font_size(cairo, size);
   char low[32], high[32];
   std::snprintf(low, sizeof low, "%.3g", scale.low);
   std::snprintf(high, sizeof high, "%.3g", scale.high);
-  const auto wide = [&](const char* text) {
-    cairo_text_extents_t extents;
-    cairo_text_extents(cairo, text, &extents);
-    return extents.x_advance;
-  };
+  const auto wide = [&](const char* text) { return canvas.widthOf(text); };
   const double needed = wide(low) + wide(high) + wide(scale.label.c_str()) + 2 * size;
   if (const double room = width - 2 * margin; needed > room)
     cairo_set_font_size(cairo, size *= room / needed);
@@ -79,6 +69,13 @@ void drawColourBar(const ColourScale& scale, Image& image) {
   write(margin, low);
   write((width - wide(scale.label.c_str())) / 2, scale.label.c_str());
   write(width - margin - wide(high), high);
+}
+
+void drawColourBar(const ColourScale& scale, Image& image) {
+  const int width = std::max(image.width * 2 / 5, 1), height = std::max(image.height / 11, 1);
+  Canvas canvas(width, height);
+  canvas.paper();
+  paintColourBar(canvas, scale, width, height);
   const int gap = std::min(image.width, image.height) / 60;
   canvas.copyTo(image, image.width - width - std::min(gap, image.width - width),
                 image.height - height - std::min(gap, image.height - height));

@@ -41,16 +41,8 @@ Image captionStrip(const std::string& text, int width, int height) {
   cairo_paint(cairo);
   cairo_set_source_rgb(cairo, kInk, kInk, kInk);
 
-  double size = 0.62 * height;
-  cairo_text_extents_t extents;
-  cairo_set_font_size(cairo, size);
-  cairo_text_extents(cairo, text.c_str(), &extents);
-  if (extents.x_advance > 0.96 * width) {
-    size *= 0.96 * width / extents.x_advance;
-    cairo_set_font_size(cairo, size);
-    cairo_text_extents(cairo, text.c_str(), &extents);
-  }
-  cairo_move_to(cairo, (width - extents.x_advance) / 2, height / 2.0 + 0.36 * size);
+  const double size = canvas.fitFont(text.c_str(), 0.62 * height, 0.96 * width);
+  cairo_move_to(cairo, (width - canvas.widthOf(text.c_str())) / 2, height / 2.0 + 0.36 * size);
   cairo_show_text(cairo, text.c_str());
 
   Image strip = blank(width, height);

@@ -8,6 +8,7 @@
 
 #include "src/embree.h"
 #include "src/light.h"
+#include "src/motion_overlay.h"
 
 namespace isoreel::inspect {
 namespace {
@@ -132,6 +133,13 @@ class Renderer {
       for (std::size_t i = 0; i < 3; ++i) colour[i] = decodeSrgb(encoded[i]);
       colours_.push_back(colour);
     }
+  }
+
+  bool sees(const Vec3d& place, double slack) const {
+    const Vec3d way = view_.eye() - place;
+    const double distance = length(way);
+    return distance <= slack ||
+           !blocked(place + way * (slack / distance), way * (1 / distance), distance - slack);
   }
 
   void row(std::size_t y, Image& image) const {
@@ -346,6 +354,11 @@ Image render(const Surface& surface, const RenderSettings& settings, const Paral
   const View view(settings.camera, frame, image.width, image.height);
   const Renderer renderer(surface, settings, view);
   parallel(static_cast<std::size_t>(image.height), [&](std::size_t y) { renderer.row(y, image); });
+  if (settings.motion) {
+    drawMotion(
+        surface, *settings.motion, view,
+        [&](const Vec3d& place, double slack) { return renderer.sees(place, slack); }, image);
+  }
   if (!settings.attribute.values.empty() || !settings.attribute.scale.label.empty())
     drawColourBar(settings.attribute.scale, image);
   return image;

@@ -216,13 +216,14 @@ TEST(Syntax, DumperNamesEveryFieldInOrder) {
 
 TEST(FrameHeader, RulesBetweenFields) {
   FrameHeader header;
-  header.number = 5;
-  header.key = 4;
+  header.number = header.position = 5;
+  header.back = 1;
   Bytes bytes;
-  EXPECT_NE(writeSyntax(bytes, header).message().find("an I frame must be its own key"), std::string::npos);
-  header.key = 6;
-  EXPECT_NE(writeSyntax(bytes, header).message().find("key 6 is above 5"), std::string::npos);
-  header.key = 5;
+  EXPECT_NE(writeSyntax(bytes, header).message().find("must be its own key"), std::string::npos);
+  header.type = PacketType::kPredicted;
+  header.back = 0;
+  EXPECT_NE(writeSyntax(bytes, header).message().find("must be its own key"), std::string::npos);
+  header.back = 2;
   bytes.clear();
   ASSERT_TRUE(writeSyntax(bytes, header).ok());
   FrameHeader back;

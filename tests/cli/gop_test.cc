@@ -71,6 +71,40 @@ TEST_F(GopTest, CoarserLevelsAreTheSameWhateverTheFrameType) {
   }
 }
 
+TEST_F(GopTest, InfoTellsWhatTheBlocksDo) {
+  // A ball that moves by one cell along x, and then not at all.
+  std::vector<std::string> files;
+  for (const int moved : {0, 1, 2, 2}) {
+    files.push_back(fmt::format("at_{}.raw", moved));
+    balls(fmt::format("at_{}", moved), 25, {{{14.3 + moved, 15.2, 14.9}, 7.2}});
+  }
+  describe("moving", 25, files);
+  ok("isoreel encode moving.json -o moving.isr --iso 0 --block 16");
+  const auto info = json("isoreel info moving.isr --frames --packets --json");
+  const auto packets = info["packet_list"];
+  ASSERT_EQ(packets.size(), 4u);
+  EXPECT_EQ(packets[0]["type"], "I");
+  EXPECT_EQ(packets[0]["references"].size(), 0u);
+  EXPECT_EQ(packets[0]["motion"], nullptr);
+  for (std::size_t i = 1; i < 4; ++i) {
+    EXPECT_EQ(packets[i]["type"], "P");
+    EXPECT_EQ(packets[i]["references"], std::vector<int>{1});
+    const auto& motion = packets[i]["motion"];
+    EXPECT_EQ(motion["block"], 16);
+    EXPECT_EQ(motion["blocks"], 8);
+    EXPECT_EQ(motion["moving"], 8);
+    EXPECT_EQ(motion["intra"], 0);
+    EXPECT_EQ(motion["vertices"], info["frame_list"][i]["vertices"]);
+    EXPECT_EQ(motion["predicted"], motion["vertices"]);
+    EXPECT_NEAR(motion["mean"].get<double>(), i < 3 ? 1 : 0,
+                i < 3 ? 0.08 : 0);  // drawn to none a little: vectors cost bits
+    EXPECT_NEAR(motion["largest"].get<double>(), i < 3 ? 1 : 0, i < 3 ? 0.15 : 0);
+  }
+  const std::string text = ok("isoreel info moving.isr --packets --jobs 1");
+  EXPECT_NE(text.find("from 2: 8 blocks of 16 cells, 8 predicted"), std::string::npos) << text;
+  EXPECT_EQ(text.find("from 3"), std::string::npos);
+}
+
 TEST_F(GopTest, DamageTakesTheFramesThatDependOnIt) {
   const std::string whole = content("seq.isr");
   std::size_t at = 0;
@@ -88,6 +122,15 @@ TEST_F(GopTest, DamageTakesTheFramesThatDependOnIt) {
             std::string::npos);
   ok("isoreel decode bad.isr --discard --frames 0:1 && isoreel decode bad.isr --discard --frames 4:");
   fails("isoreel decode bad.isr --discard --frames 2", 1, "frame 1 at byte");
+  // Without the index the damaged frame is left out, and what depends on it is told one by one.
+  write("cut.isr", bad.substr(0, bad.size() - 40));
+  const auto packets = json("isoreel info cut.isr --packets --json")["packet_list"];
+  ASSERT_GE(packets.size(), 4u);
+  EXPECT_FALSE(packets[0].contains("problem"));
+  EXPECT_EQ(packets[1]["number"], 2);
+  EXPECT_EQ(packets[1]["motion"], nullptr);
+  EXPECT_NE(packets[1]["problem"].get<std::string>().find("predicted from frame 1"), std::string::npos);
+  EXPECT_NE(packets[4]["motion"], nullptr);
 }
 
 }  // namespace

@@ -101,6 +101,23 @@ TEST_F(PicturesTest, TwoFilesSideBySide) {
   fails("isoreel render seq.isr --beside short.isr -o c.png --size 64x48", 1, "short.isr has 2 frames");
 }
 
+TEST_F(PicturesTest, TheMotionOverlayIsDrawnEverywhere) {
+  const std::string render = "isoreel render seq.isr --overlay motion --size 96x72 ";
+  ok("isoreel render seq.isr -o plain.png --frames 2 --size 96x72");
+  ok(render + "-o a.png --frames 2");
+  ok(render + "-o b.png --frames 2 --jobs 1");
+  ok(render + "-o c.png --frames 2 --overlay-scale 7");
+  EXPECT_NE(content("a.png"), content("plain.png"));
+  EXPECT_EQ(content("a.png"), content("b.png"));
+  EXPECT_NE(content("a.png"), content("c.png"));
+  ok(render + "-o sheet.png");
+  ok("isoreel render seq.isr -o plain_sheet.png --size 96x72");
+  EXPECT_EQ(size("sheet.png"), size("plain_sheet.png"));
+  EXPECT_NE(content("sheet.png"), content("plain_sheet.png"));
+  ok(render + "-o m.mp4 --beside seq.isr --color curvature");
+  EXPECT_EQ(content("m.mp4").substr(4, 4), "ftyp");
+}
+
 TEST_F(PicturesTest, AMovieIsWholeOrNotThere) {
   ok("isoreel render seq.isr -o m.mp4 --size 33x25");
   EXPECT_EQ(content("m.mp4").substr(4, 4), "ftyp");
@@ -135,6 +152,10 @@ TEST_F(PicturesTest, WrongUsage) {
   fails("isoreel render seq.isr -o x.png --volumes seq.json", 2, "--color error");
   fails("isoreel render seq.isr -o x.png --color hue", 2, "--color");
   fails("isoreel render seq.isr -o x.png --range 1", 2, "--range");
+  fails("isoreel render seq.isr -o x.png --overlay speed", 2, "--overlay");
+  fails("isoreel render seq.isr -o x.png --overlay-scale 2", 2, "--overlay-scale");
+  fails("isoreel render seq.isr -o x.png --overlay motion --overlay-scale 0", 2, "--overlay-scale");
+  fails("isoreel render seq.isr -o x.png --overlay motion --level -1", 2, "--level");
   fails("isoreel render seq.isr -o x.png --view up", 2, "--view");
   fails("isoreel render seq.isr -o %s.png", 2, "%05d");
   fails("isoreel render seq.isr", 2, "--output");

@@ -192,7 +192,7 @@ TEST(Encode, CarriesTimeAndIsovalue) {
   EXPECT_EQ(header->isovalue, timing.isovalue);
   EXPECT_EQ(header->configuration, encoder->configurationRecord());
   EXPECT_EQ(packet->header.number, timing.number);
-  EXPECT_EQ(packet->header.key, timing.number);
+  EXPECT_EQ(packet->header.back, 0u);
   EXPECT_EQ(packet->header.time, timing.time);
 }
 

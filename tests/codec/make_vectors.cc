@@ -59,7 +59,8 @@ class Vectors {
     }
     manifest_["reject"].push_back({{"name", name}, {"file", write(name, packet)}, {"error", error}});
   }
-  /// Packets that decode one after the other; of the last one, levels and a prefix without its vertices too.
+  /// Packets that decode one after the other; of the last one, levels, a prefix without its vertices and
+  /// shorter ones too.
   void sequence(const std::string& name, const std::string& shows, const std::vector<Bytes>& packets) {
     Decoder decoder;
     Json entry = {{"name", name}, {"shows", shows}, {"packets", Json::array()}, {"levels", Json::array()}};
@@ -76,15 +77,34 @@ class Vectors {
       return anew.decode(packet, options);
     };
     DecodeOptions options;
-    for (std::uint32_t level = 0; level <= made::depthOf(last(packets.back(), {})->grid); ++level) {
+    const Grid grid = last(packets.back(), {})->grid;
+    for (std::uint32_t level = 0; level <= made::depthOf(grid); ++level) {
       options.level = level;
       entry["levels"].push_back(summary(*last(packets.back(), options)));
     }
     options = {};
     options.allow_prefix = true;
-    const std::size_t bytes = packets.back().size() - made::taken(packets.back()).sections.back().size();
+    const made::Parts parts = made::taken(packets.back());
+    const std::size_t bytes = packets.back().size() - parts.sections.back().size();
     entry["prefix"] = {{"bytes", bytes}};
     entry["prefix"].update(summary(*last(ByteSpan(packets.back()).first(bytes), options)));
+    // Cut in the middle of the motion, and of each level's signs behind it.
+    entry["prefixes"] = Json::array();
+    std::size_t at = packets.back().size();
+    for (const Bytes& section : parts.sections) at -= section.size();
+    std::uint32_t level = 0;  // the last one before
+    bool motion = false;
+    for (const Section& s : parts.header.sections) {
+      if (s.kind == static_cast<std::uint32_t>(SectionKind::kMotion)) {
+        motion = true;
+        if (level < made::depthOf(grid))
+          entry["prefixes"].push_back({{"bytes", at + s.bytes / 2}, {"level", level}});
+      } else if (s.kind == static_cast<std::uint32_t>(SectionKind::kSigns)) {
+        level = s.level;
+        if (motion) entry["prefixes"].push_back({{"bytes", at + s.bytes / 2}, {"level", level - 1}});
+      }
+      at += s.bytes;
+    }
     manifest_["sequences"].push_back(entry);
   }
   /// Packets of which the last one must be refused, after those of files that are there already.
@@ -362,9 +382,17 @@ void acceptSequences(Vectors& vectors) {
   vectors.sequence(
       "large_motion", "motion of 5 cells a frame, blocks of 4 cells a side",
       encoded(frames(made::gridOf(29, 12, 12), 3,
-                     [](double t) { return made::sphere(6.2 + 5.1 * t, 5.4 + 0.3 * t, 5.6, 4.1); }),
+                     [](double t) { return made::sphere(6.2 + 5 * t, 5.4 + 0.3 * t, 5.6, 4.3); }),
               kCell / 16, 2));
   vectors.sequence("fine_steps", "step 100 along normals, 300 across", encoded(translatedSphere(), 100));
+  std::vector<Bytes> reversed = encoded(translatedSphere());
+  made::Parts parts = made::taken(reversed[1]);
+  std::reverse(parts.sections.begin(), parts.sections.end());
+  std::reverse(parts.header.sections.begin(), parts.header.sections.end());
+  reversed[1] = made::joined(parts);
+  reversed.pop_back();
+  vectors.sequence("sections_reversed", "a P packet whose sections stand in another order than a writer's",
+                   reversed);
   vectors.sequence("blocks_of_32", "one block", encoded(translatedSphere(), kCell / 8, 5));
 
   const auto noisy = [](double t) {
@@ -446,15 +474,16 @@ void rejectSequences(Vectors& vectors) {
   after("p_another_reference", "not decoded right before it",
         made::withHeader(good[2], [](Bytes& fields) { fields[5] = 1; }));
 
-  // Length 0, block size 1, vector step 2 and 3, weights from 4, levels from 52.
+  // Length 0, block size 1, vector step 2 and 3, weights from 4 (tangential, normal, error and height of each
+  // confidence), levels from 68.
   after("motion_no_header", "its length is above what is left", with([](made::Parts& p, Bytes&) {
           const std::size_t at = made::largestSection(p, SectionKind::kMotion);
           p.sections.erase(p.sections.begin() + static_cast<std::ptrdiff_t>(at));
           p.header.sections.erase(p.header.sections.begin() + static_cast<std::ptrdiff_t>(at));
         }));
   after("motion_header_cut", "its length is above what is left",
-        with([](made::Parts&, Bytes& m) { m.resize(54); }));
-  after("motion_header_too_short", "ends inside level", motion(0, 53));
+        with([](made::Parts&, Bytes& m) { m.resize(70); }));
+  after("motion_header_too_short", "ends inside level", motion(0, 69));
   after("block_size_1", "block size 1 is below 2", motion(1, 1));
   after("block_size_6", "block size 6 is above 5", motion(1, 6));
   after("vector_step_128", "vector step 128 is below 256", motion(3, 1));
@@ -464,17 +493,20 @@ void rejectSequences(Vectors& vectors) {
           m.insert(m.begin() + 4, 1);
           ++m[0];
         }));
-  after("weight_129", "weight 129 is above 128", motion(51, 129));
-  after("level_0", "level 0 is below 1", motion(53, 0));
+  after("weight_129", "height weight 129 is above 128", motion(67, 129));
+  after("tangential_weight_129", "tangential weight 129 is above 128", motion(4, 129));
+  after("normal_weight_129", "normal weight 129 is above 128", motion(9, 129));
+  after("error_weight_129", "error weight 129 is above 128", motion(14, 129));
+  after("level_0", "level 0 is below 1", motion(69, 0));
   const std::vector<Bytes> vectors_of_4 = wildVectors();
   made::Parts half = made::taken(vectors_of_4[1]);
-  half.sections[made::largestSection(half, SectionKind::kMotion)].resize(70);
+  half.sections[made::largestSection(half, SectionKind::kMotion)].resize(86);
   vectors.rejectAfter("motion_too_short", "motion vectors: end too early", {"wild_vectors.0.packet"},
                       {vectors_of_4[0]}, made::joined(half));
   after("motion_left_over", "motion vectors: not used to their end",
         with([](made::Parts&, Bytes& m) { m.resize(m.size() + 9); }));
   after("vector_too_long", "a motion vector of more than 64 cells", with([](made::Parts&, Bytes& m) {
-          m.resize(55);
+          m.resize(71);
           RangePut coder(m);
           MotionModels models;
           coder.code(models.moves[0], true);
@@ -482,6 +514,13 @@ void rejectSequences(Vectors& vectors) {
           coder.raw(31, 0x55555555);
           coder.finish();
         }));
+  const auto signs = [&](const auto& change) {  // the finest, which have temporal context
+    return with(
+        [&](made::Parts& p, Bytes&) { change(p.sections[made::largestSection(p, SectionKind::kSigns)]); });
+  };
+  after("p_signs_too_short", "corner signs of level 4 end too early", signs([](Bytes& s) { s.resize(4); }));
+  after("p_signs_left_over", "corner signs of level 4: not used to their end",
+        signs([](Bytes& s) { s.resize(s.size() + 9); }));
   after("p_vertices_too_short", "vertices: end too early",
         with([](made::Parts& p, Bytes&) { p.sections.back().resize(20); }));
   after("p_vertices_left_over", "vertices: not used to their end",

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "extract/sign_bitmap.h"
+#include "inter/reference.h"
 #include "made.h"
 #include "motion/distance_tree.h"
 #include "packets.h"
@@ -54,7 +55,7 @@ made::Field both(const made::Field& a, const made::Field& b) {
 std::vector<Sequence> sequences() {
   using made::sphere;
   return {
-      {"translated", made::gridOf(25, 24, 23), 4,
+      {"translated", made::gridOf(25, 24, 23), 7,
        [](double t) { return sphere(9 + 0.7 * t, 10 + 0.4 * t, 11.3 - 0.5 * t, 7.2); }},
       {"fine steps", made::gridOf(17, 16, 15), 3,
        [](double t) { return sphere(7 + 0.7 * t, 7 + 0.4 * t, 7.3 - 0.5 * t, 5.2); }, 16},
@@ -103,7 +104,7 @@ TEST(Predicted, DecodesAsEncodedInOrderAndFromEveryKey) {
     Decoder seeking;
     for (int seek = 0; seek < 6; ++seek) {
       const std::size_t wanted = random() % packets.size();
-      for (std::size_t t = packets[wanted].header.key; t <= wanted; ++t) {
+      for (std::size_t t = wanted - packets[wanted].header.back; t <= wanted; ++t) {
         const auto surface = seeking.decode(packets[t].data);
         ASSERT_TRUE(surface.ok()) << surface.error().message;
         EXPECT_EQ(surfaceHash(*surface), packets[t].header.surface_hash);
@@ -154,16 +155,17 @@ std::array<std::size_t, 2> lastSizes(const std::array<double, 3>& motion, std::u
   return {packets[2].data.size(), encoded(sequence, settings)[2].data.size()};
 }
 
-TEST(Predicted, TranslatedSphereTakesAboutHalf) {
-  // Of some 1450 bytes with blocks of 16 cells, slow motion, 357 are signs and about 557 tangential
-  // residuals: neither is predicted from the surface before. The normal components take about 400 bytes,
-  // where the I packet needs 1794.
-  for (const std::uint32_t block_log2 : {3u, 4u}) {
-    const auto slow = lastSizes({0.4, 0.3, -0.2}, block_log2), fast = lastSizes({4.3, 3.2, -2.2}, block_log2),
-               whole = lastSizes({1, 0, 0}, block_log2);
-    EXPECT_LT(static_cast<double>(slow[0]), 0.53 * static_cast<double>(slow[1]));
-    EXPECT_LT(static_cast<double>(fast[0]), 0.57 * static_cast<double>(fast[1]));
-    EXPECT_LT(static_cast<double>(whole[0]), 0.48 * static_cast<double>(whole[1]));
+TEST(Predicted, TranslatedSphereTakesAThirdOrLess) {
+  // Bounds are about 5 % above what was measured, for slow, fast and whole motion. Of the bytes of blocks of
+  // 8 cells, vectors take about a quarter.
+  for (const auto& [block_log2, bounds] :
+       {std::pair{3u, std::array{0.323, 0.383, 0.255}}, {4u, std::array{0.259, 0.306, 0.195}}}) {
+    const std::array sizes{lastSizes({0.4, 0.3, -0.2}, block_log2), lastSizes({4.3, 3.2, -2.2}, block_log2),
+                           lastSizes({1, 0, 0}, block_log2)};
+    for (std::size_t i = 0; i < sizes.size(); ++i) {
+      EXPECT_LT(static_cast<double>(sizes[i][0]), bounds[i] * static_cast<double>(sizes[i][1]))
+          << i << ", blocks of 2^" << block_log2 << ": " << sizes[i][0] << " of " << sizes[i][1];
+    }
   }
 }
 
@@ -182,8 +184,8 @@ TEST(Predicted, SearchAndRegistrationEachHelp) {
 }
 
 TEST(Predicted, LongGroupNeitherDriftsNorFails) {
-  const Sequence sequence{"tiny", made::gridOf(7, 7, 7), 1000,
-                          [](double t) { return made::sphere(3 + 0.0006 * t, 3.2 - 0.0004 * t, 2.9, 1.9); }};
+  const Sequence sequence{"small", made::gridOf(11, 11, 11), 1000,
+                          [](double t) { return made::sphere(5 + 0.0006 * t, 5.2 - 0.0004 * t, 4.9, 3.9); }};
   auto encoder = Encoder::create(predicting(sequence));
   Decoder decoder;
   double first = 0;
@@ -195,7 +197,10 @@ TEST(Predicted, LongGroupNeitherDriftsNorFails) {
     ASSERT_TRUE(surface.ok()) << t << ": " << surface.error().message;
     if (t == 0) first = packet->header.error_rms;
     ASSERT_LE(packet->header.error_rms, 1.5 * first) << t;
-    ASSERT_LE(packet->header.error_max, std::sqrt(1 + 4.5) / 16 + 0.001) << t;
+    // A step along the normal, half a step along each tangent.
+    const PacketHeader header = *readPacketHeader(packet->data);
+    const double step = header.step / double{kCell}, tangential = header.tangential_step / double{kCell};
+    ASSERT_LE(packet->header.error_max, std::sqrt(step * step + 0.5 * tangential * tangential) + 0.001) << t;
   }
 }
 
@@ -232,15 +237,28 @@ TEST(FrameTypes, FollowTheGroupLimitAndTheNumbers) {
 }
 
 TEST(FrameTypes, SceneChangeIsAnIntraPacket) {
-  const Sequence sequence{"scenes", made::gridOf(17, 17, 17), 4, [](double t) {
-                            return t < 2 ? made::sphere(8 + 0.2 * t, 8, 8, 5)
-                                         : made::Field([](double x, double y, double z) {
-                                             return std::sin(12.9 * x * x + 78.2 * y * x + 37.7 * z * y);
-                                           });
-                          }};
-  const auto packets = encoded(sequence, predicting(sequence));
-  EXPECT_EQ(types(packets), "IPIP");
-  EXPECT_EQ(packets[3].header.key, 2u);
+  const made::Field waves = [](double x, double y, double z) {
+    return std::sin(1.1 * x) + std::sin(1.2 * y) + std::sin(0.9 * z + 0.2 * x);
+  };
+  const made::Field noise = [](double x, double y, double z) {
+    return std::sin(12.9 * x * x + 78.2 * y * x + 37.7 * z * y);
+  };
+  for (const auto& [next, expected] : {std::pair{waves, "IPIP"}, {noise, "IPII"}}) {
+    const Sequence sequence{"scenes", made::gridOf(17, 17, 17), 4, [&, next = next](double t) {
+                              return t < 2 ? made::sphere(8 + 0.2 * t, 8, 8, 5) : next;
+                            }};
+    EncoderSettings settings = predicting(sequence);
+    const auto packets = encoded(sequence, settings);
+    EXPECT_EQ(types(packets), expected) << "what is the same but has no smooth distances is not predicted";
+    EXPECT_EQ(packets[3].header.back, expected == std::string("IPIP") ? 1u : 0u);
+    // P packets save bytes, and not by being worse.
+    settings.frame_types = FrameTypes::kIntra;
+    const auto by_itself = encoded(sequence, settings);
+    for (std::size_t t = 0; t < packets.size(); ++t) {
+      EXPECT_LE(packets[t].data.size(), by_itself[t].data.size()) << t;
+      EXPECT_LE(packets[t].header.error_rms, 1.1 * by_itself[t].header.error_rms) << t;
+    }
+  }
 }
 
 TEST(FrameTypes, EncoderGoesOnAfterAnError) {
@@ -259,10 +277,8 @@ Reference referenceOf(const made::Made& m) {
   const Surface surface = *extractSurface(m.volume, m.isovalue, m.inside);
   const SignBitmap bitmap = *SignBitmap::make(m.volume, m.isovalue, m.inside, NonFinite::kRefuse, serialFor);
   const auto cells = bitmap.activeCells(serialFor);
-  CellIndex index;
-  index.build(cells);
   Reference reference;
-  reference.build(surface, cells, index);
+  reference.build(surface, cells);
   return reference;
 }
 
@@ -275,7 +291,7 @@ TEST(DistanceTree, IsNearTheSquaredDistance) {
   const auto place = [&] { return 3.0f + 18.0f * static_cast<float>(random() % 65536) / 65536; };
   for (const auto& [field, tolerance] : {std::pair{plane, 0.04}, std::pair{sphere, 0.15}}) {
     const Reference reference = referenceOf({"shape", made::sampled(grid, field)});
-    DistanceTree tree(reference);
+    DistanceTree tree(reference.field());
     int close = 0, near = 0;
     double worst = 0, sum = 0;
     for (int trial = 0; trial < 20000; ++trial) {
@@ -302,7 +318,7 @@ TEST(DistanceTree, IsNearTheSquaredDistance) {
 
 TEST(DistanceTree, IsFarOutsideTheGridAndWithoutASurface) {
   const Reference reference = referenceOf(made::named("sphere")), none = referenceOf(made::named("empty"));
-  DistanceTree tree(reference), empty(none);
+  DistanceTree tree(reference.field()), empty(none.field());
   Eigen::Vector3f inside;
   const float nan = std::numeric_limits<float>::quiet_NaN();
   for (const float x : {-1e9f, -0.1f, 65535.5f, 3e9f, nan})

@@ -63,6 +63,7 @@ TEST(Vectors, DecodeToWhatTheManifestSays) {
 TEST(Vectors, SequencesDecodeToWhatTheManifestSays) {
   const nlohmann::json list = manifest();
   ASSERT_GE(list.at("sequences").size(), 10u);
+  int prefixes = 0;
   for (const auto& entry : list.at("sequences")) {
     SCOPED_TRACE(entry.at("name").get<std::string>());
     std::vector<Bytes> packets;
@@ -87,7 +88,14 @@ TEST(Vectors, SequencesDecodeToWhatTheManifestSays) {
     options.allow_prefix = true;
     const auto& prefix = entry.at("prefix");
     expectSummary(last(prefix.at("bytes").get<std::size_t>(), options), prefix);
+    for (const auto& cut : entry.at("prefixes")) {
+      const std::size_t level = cut.at("level").get<std::size_t>();
+      SCOPED_TRACE("cut behind level " + std::to_string(level));
+      expectSummary(last(cut.at("bytes").get<std::size_t>(), options), entry.at("levels").at(level));
+      ++prefixes;
+    }
   }
+  EXPECT_GT(prefixes, 20);
 }
 
 void expectRefused(const Result<Surface>& surface, const nlohmann::json& entry) {

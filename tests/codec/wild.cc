@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include "extract/dual_contouring.h"
+#include "extract/octree.h"
+#include "intra/sign_tree.h"
 #include "lattice/dual_mesh.h"
 #include "packets.h"
 
@@ -28,17 +30,33 @@ struct Extracted {
   }
 };
 
-/// Leaves only the sections of signs.
-void keepSigns(CodedFrame& coded) {
-  std::size_t bytes = 0, count = 0;
-  for (const Section& s : coded.sections) {
-    if (s.kind > static_cast<std::uint32_t>(SectionKind::kLeaves)) break;
-    bytes += s.bytes;
-    ++count;
+/// The octree of signs, written level by level as the encoder does.
+class Signs {
+ public:
+  Signs(const Extracted& frame, const Grid& grid, CodedFrame& coded)
+      : octree_(frame.cells, octreeDepth(grid)),
+        tree_(grid, OctreeTruth(frame.bitmap, octree_), frame.cells.size(), coded.models.signs),
+        coded_(coded) {}
+
+  const std::vector<Cell>& cells() const { return tree_.cells(); }
+  template <class Moved>
+  void write(std::uint32_t level, Moved& moved) {
+    if (level > 0 && tree_.cells().empty()) return;
+    Bytes leaf_bytes;
+    RangePut leaves(leaf_bytes);
+    addSection(coded_, SectionKind::kSigns, level, {}, [&](RangePut& signs) {
+      EXPECT_TRUE(
+          (level == 0 ? tree_.codeRoot(signs, leaves) : tree_.codeLevel(level, signs, leaves, moved)).ok());
+    });
+    leaves.finish();
+    addSection(coded_, SectionKind::kLeaves, level, leaf_bytes, [](RangePut&) {});
   }
-  coded.sections.resize(count);
-  coded.payload.resize(bytes);
-}
+
+ private:
+  SparseOctree octree_;
+  SignTree<RangePut, OctreeTruth> tree_;
+  CodedFrame& coded_;
+};
 
 }  // namespace
 
@@ -47,7 +65,8 @@ PredictionHeader wildHeader(Random& random, std::uint32_t block_log2, std::uint3
   header.block_log2 = block_log2;
   header.vector_step = vector_step;
   for (auto& weights : header.weights) {
-    for (auto& w : weights) w = static_cast<std::uint8_t>(random() % 129);
+    for (auto* w : {&weights.tangential, &weights.normal, &weights.error, &weights.height})
+      *w = static_cast<std::uint8_t>(random() % 129);
   }
   for (auto& level : header.levels) level = static_cast<std::uint8_t>(1 + random() % 255);
   return header;
@@ -109,15 +128,17 @@ Bytes WildSequence::predicted(const Made& made, const Wild& wild) {
   header.tangential_step = wild.tangential_step;
   const ResidualSteps steps{static_cast<std::int32_t>(wild.step),
                             static_cast<std::int32_t>(wild.tangential_step)};
-  // The signs, and the models as the signs leave them, are the encoder's.
-  CodedFrame coded = *codePredicted(frame.input(made.volume.grid, steps), reference_, {}, models_);
-  keepSigns(coded);
-  const SignTreeModels signs = coded.models.signs;
+  CodedFrame coded;
   coded.models = models_;
-  coded.models.signs = signs;
+  const std::uint32_t depth = octreeDepth(made.volume.grid),
+                      block_level = blockLevel(depth, wild.header.block_log2);
+  Signs signs(frame, made.volume.grid, coded);
+  NothingMoved nothing;
+  for (std::uint32_t level = 0; level <= block_level; ++level) signs.write(level, nothing);
 
   MotionField motion;
-  motion.build(frame.cells, wild.header.block_log2, wild.header.vector_step);
+  motion.build(signs.cells(), wild.header.block_log2, wild.header.vector_step);
+  motion.assign(frame.cells);
   for (Block& block : motion.blocks()) {
     block.moves = random_() % wild.still != 0;
     if (!block.moves) continue;
@@ -126,25 +147,35 @@ Bytes WildSequence::predicted(const Made& made, const Wild& wild) {
   }
   Bytes head;
   EXPECT_TRUE(writeSized(head, wild.header).ok());
-  addSection(coded, SectionKind::kMotion, head,
+  addSection(coded, SectionKind::kMotion, 0, head,
              [&](RangePut& coder) { EXPECT_TRUE(motion.code(coder, coded.models.motion).ok()); });
 
-  std::vector<Residual> residuals(frame.cells.size());
-  for (Residual& residual : residuals) residual = {0, within(wild.largest), within(wild.largest)};
-  const auto predictions = predictVertices(reference_, motion, frame.cells, residuals, steps);
-  for (const SurfacePrediction& p : predictions)
-    confidences_[p.confidence] += p.offset != SurfacePrediction::kNone;
+  MovedSigns moved(reference_.field(), motion, coded.models.moved_signs);
+  for (std::uint32_t level = block_level + 1; level <= depth; ++level) {
+    moved.start(depth - level);
+    signs.write(level, moved);
+  }
+
+  MovedPlanes moved_planes(reference_.field(), motion, frame.cells);
+  const auto planes = [&](std::uint32_t i) {
+    const MovedPlane plane = moved_planes(i);
+    confidences_[plane.confidence] += plane.known;
+    return plane;
+  };
+  struct Choice {
+    WildSequence& sequence;
+    std::int32_t largest;
+    std::int32_t residual(std::uint32_t, std::size_t, std::int32_t) { return sequence.within(largest); }
+  } choice{*this, wild.largest};
   coded.decoded.resize(frame.cells.size());
-  addSection(coded, SectionKind::kVertices, {}, [&](RangePut& coder) {
-    codeTangents(coder, coded.models.vertices, frame.cells, residuals);
-    codeNormals(
-        coder, coded.models, wild.header, frame.cells, frame.index, residuals, predictions, steps,
-        [&](std::uint32_t, std::int32_t) { return within(wild.largest); }, coded.decoded);
+  addSection(coded, SectionKind::kVertices, 0, {}, [&](RangePut& coder) {
+    codePredictedVertices(coder, coded.models.vertices, coded.models.predicted, wild.header, frame.cells,
+                          frame.index, steps, planes, choice, coded.decoded);
   });
   return packet(made, frame.cells, frame.index, header, std::move(coded));
 }
 
-Bytes WildSequence::packet(const Made& made, std::span<const Cell> cells, CellIndex& index,
+Bytes WildSequence::packet(const Made& made, std::span<const Cell> cells, const CellIndex& index,
                            PacketHeader header, CodedFrame coded) {
   Surface surface;
   surface.grid = made.volume.grid;
@@ -157,7 +188,7 @@ Bytes WildSequence::packet(const Made& made, std::span<const Cell> cells, CellIn
   header.faces = static_cast<std::uint32_t>(surface.quads.size());
   header.surface_hash = surfaceHash(surface);
   header.sections = coded.sections;
-  reference_.build(surface, cells, index);
+  reference_.build(surface, cells);
   models_ = std::move(coded.models);
   auto result = writePacket(std::move(header), coded.payload);
   EXPECT_TRUE(result.ok()) << result.status().message();

@@ -36,7 +36,7 @@ class WildSequence {
   const std::array<std::size_t, kConfidences>& confidences() const { return confidences_; }
 
  private:
-  Bytes packet(const Made& made, std::span<const Cell> cells, CellIndex& index, PacketHeader header,
+  Bytes packet(const Made& made, std::span<const Cell> cells, const CellIndex& index, PacketHeader header,
                CodedFrame coded);
   std::int32_t within(std::int32_t limit) {
     return static_cast<std::int32_t>(random_() % (2 * static_cast<std::uint32_t>(limit) + 1)) - limit;
@@ -49,16 +49,17 @@ class WildSequence {
   std::array<std::size_t, kConfidences> confidences_{};
 };
 
-/// Adds what `write(coder)` writes to a payload, as a section.
+/// Adds what `write(coder)` writes behind `head` to a payload, as a section when it has any bytes.
 template <class Write>
-void addSection(CodedFrame& coded, SectionKind kind, ByteSpan head, Write write) {
+void addSection(CodedFrame& coded, SectionKind kind, std::uint32_t level, ByteSpan head, Write write) {
   const std::size_t start = coded.payload.size();
   coded.payload.insert(coded.payload.end(), head.begin(), head.end());
   RangePut coder(coded.payload);
   write(coder);
   coder.finish();
+  if (coded.payload.size() == start) return;
   coded.sections.push_back(
-      {static_cast<std::uint32_t>(kind), 0, static_cast<std::uint32_t>(coded.payload.size() - start)});
+      {static_cast<std::uint32_t>(kind), level, static_cast<std::uint32_t>(coded.payload.size() - start)});
 }
 
 }  // namespace isoreel::made

@@ -147,7 +147,7 @@ TEST(Damage, FramesOutliveTheirTrackRecord) {
   EXPECT_EQ((*reader)->frameCount(), 3u);
   EXPECT_TRUE((*reader)->info().configuration.empty());
   ASSERT_FALSE((*reader)->info().damage.empty());
-  EXPECT_NE((*reader)->info().damage.back().find("no track record is whole"), std::string::npos);
+  EXPECT_NE((*reader)->info().damage.back().find("no record is whole"), std::string::npos);
 }
 
 TEST(Damage, AFrameChunkThatCameTwiceIsListedOnce) {

@@ -138,7 +138,7 @@ TEST(Limits, IndexThatListsMoreFramesThanTheFileHolds) {
   const Modest modest;
   FileRecord record;
   for (const std::uint64_t frames : {std::uint64_t{2}, std::uint64_t{1} << 40, ~std::uint64_t{0}}) {
-    record.frames = frames;
+    record.entries = frames;
     Bytes content;
     ASSERT_TRUE(writeSized(content, record).ok());
     ASSERT_TRUE(writeSized(content, TrackRecord{}).ok());
@@ -154,7 +154,7 @@ TEST(Limits, IndexEntriesMustLieInTheFile) {
        {std::uint64_t{0}, std::uint64_t{1} << 40, ~std::uint64_t{0}, ~std::uint64_t{0} - 32}) {
     for (const std::uint64_t length : {kMinFrameChunk, std::uint64_t{500}, kMaxFrameChunk}) {
       FileRecord record;
-      record.frames = 1;
+      record.entries = 1;
       IndexEntry entry;
       entry.gap = gap;
       entry.chunk_length = length;
@@ -175,7 +175,7 @@ Bytes withFrames(const std::vector<std::uint64_t>& numbers, const Uuid& uuid) {
   Bytes file = signedFile();
   FileRecord record;
   record.uuid = uuid;
-  record.frames = numbers.size();
+  record.entries = numbers.size();
   Bytes content;
   EXPECT_TRUE(writeSized(content, record).ok());
   EXPECT_TRUE(writeSized(content, TrackRecord{}).ok());

@@ -49,8 +49,7 @@ inline Packet makePacket(std::uint64_t number, std::size_t bytes) {
   std::mt19937_64 random(number);
   Packet packet;
   FrameHeader& h = packet.header;
-  h.number = number;
-  h.key = number;
+  h.number = h.position = number;
   h.time = static_cast<std::int64_t>(number * 3) - 5;
   h.duration = 3;
   h.isovalue = 0.25 + static_cast<double>(number);

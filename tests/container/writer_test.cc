@@ -132,8 +132,11 @@ TEST(Writer, RefusesFramesThatBreakTheOrder) {
   packet.header.time = makePacket(0, 5).header.time;
   EXPECT_MESSAGE(writer->write(packet), "frame time -5 is not after -5");
   packet = makePacket(1, 5);
-  packet.header.key = 2;
-  EXPECT_MESSAGE(writer->write(packet), "key 2 is above 1");
+  packet.header.back = 1;
+  EXPECT_MESSAGE(writer->write(packet), "must be its own key");
+  packet.header.type = PacketType::kPredicted;
+  packet.header.back = 2;
+  EXPECT_MESSAGE(writer->write(packet), "the packet before it is not of its GOP");
   EXPECT_MESSAGE(writer->write(makePacket(1, 0)), "packet_length 0 is below 1");
   packet = makePacket(1, 5);
   packet.header.area = std::numeric_limits<double>::quiet_NaN();

@@ -52,14 +52,12 @@ isoreel::DecodeOptions options(std::optional<std::uint32_t> level, bool prefix) 
   return result;
 }
 
-/// Where motion and vertex residuals start in the payload, or its end.
+/// Where vertex residuals start in the payload, or its end. Signs stand before them, and in P packets the
+/// motion that the finer ones are predicted with.
 std::size_t vertexStart(const isoreel::PacketHeader& header, std::size_t payload_bytes) {
   std::size_t start = 0;
   for (const auto& section : header.sections) {
-    if (section.kind == static_cast<std::uint32_t>(isoreel::SectionKind::kMotion) ||
-        section.kind == static_cast<std::uint32_t>(isoreel::SectionKind::kVertices)) {
-      break;
-    }
+    if (section.kind == static_cast<std::uint32_t>(isoreel::SectionKind::kVertices)) break;
     start += section.bytes;
   }
   return std::min(start, payload_bytes);

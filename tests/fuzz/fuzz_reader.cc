@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Reader and StreamReader on arbitrary bytes: opened, every fact asked for, every packet fetched.
+// Reader, StreamReader and parity on arbitrary bytes: opened, every fact asked for, every packet fetched.
+#include <isoreel/container/parity.h>
 #include <isoreel/container/reader.h>
 
 #include <algorithm>
@@ -31,9 +32,20 @@ void readAtRandom(const isoreel::Bytes& file) {
   const std::uint64_t frames = (*reader)->frameCount();
   for (std::uint64_t i = 0; i < frames; ++i) {
     static_cast<void>((*reader)->header(i));
-    static_cast<void>((*reader)->chunkOffset(i));
+    static_cast<void>((*reader)->chunkOffset((*reader)->entryOf(i)));
+    static_cast<void>(isoreel::keyEntry(**reader, i));
     // An index may list a chunk many times: not every listing needs fetching.
     if (i < 32 || i + 1 == frames) static_cast<void>((*reader)->packet(i));
+  }
+}
+
+void extractAll(const isoreel::Bytes& file) {
+  auto reader = isoreel::Reader::open(isoreel::openMemory(file), "other");
+  if (!reader.ok()) return;
+  isoreel::Bytes buffer(65536);
+  for (std::size_t i = 0; i < (*reader)->info().attachments.size() && i < 16; ++i) {
+    auto content = (*reader)->openAttachment((*reader)->info().attachments[i].name);
+    if (content.ok()) static_cast<void>((*content)->read(0, buffer));
   }
 }
 
@@ -52,5 +64,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const isoreel::Bytes file = isoreel::fuzz::repairFile(isoreel::ByteSpan(data, size));
   readAtRandom(file);
   readForward(file);
+  extractAll(file);
+  const auto source = isoreel::openMemory(file);
+  static_cast<void>(isoreel::checkParity(*source));
   return 0;
 }

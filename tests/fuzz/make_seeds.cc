@@ -3,7 +3,7 @@
 // build: small volumes of several shapes and sizes, as configuration records, packets and .isr files; and the
 // first two packets of each golden sequence in VECTORS.
 #include <isoreel/codec/encoder.h>
-#include <isoreel/container/writer.h>
+#include <isoreel/container/parity.h>
 
 #include <cmath>
 #include <cstdio>
@@ -109,13 +109,22 @@ isoreel::Status makeSeeds(const Shape& shape, const fs::path& folder) {
   file.configuration = encoder.configurationRecord();
   file.tags = R"({"title":"seed"})";
   file.overwrite = true;
+  file.options.parity = isoreel::reedSolomonParity(30);
   ISOREEL_ASSIGN(auto writer, isoreel::Writer::create(folder / "reader" / shape.name, file));
+  ISOREEL_TRY(writer->setChapters({{isoreel::Chapter::Kind::kMarker, 0, 0, "here"}}));
+  ISOREEL_ASSIGN(const std::uint64_t other, writer->addTrack({{1, 10}, "other", {}}));
   for (int i = 0; i < 2; ++i) {
     const isoreel::FrameTiming timing{static_cast<std::uint64_t>(i), i, 1, 0.0};
     ISOREEL_ASSIGN(const isoreel::Packet packet, encoder.encode(sample(shape, 0.02 * i), timing));
     if (i == 0) ISOREEL_TRY(savePackets(folder / "packet" / shape.name, {}, packet.data));
     ISOREEL_TRY(writer->write(packet));
+    isoreel::Packet again = packet;  // as a cut would leave it when only the second is shown
+    again.header.number = 0;
+    if (i == 0) again.header.flags = isoreel::FrameHeader::kHidden;
+    if (i == 0 || packet.header.back > 0) ISOREEL_TRY(writer->write(again, other));
   }
+  const auto note = isoreel::openMemory({1, 2, 3});
+  ISOREEL_TRY(writer->attach("note", "", *note));
   ISOREEL_TRY(writer->finish());
 
   const Bytes whole = load(folder / "reader" / shape.name);

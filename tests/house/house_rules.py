@@ -30,7 +30,7 @@ ENCODER_HEADERS = {"isoreel/codec/encoder.h"}
 LIBRARIES = {
     "base": r"$^",
     "codec": r"xxhash\.h$|Eigen/",
-    "container": r"xxhash\.h$|zstd\.h$",
+    "container": r"xxhash\.h$|zstd\.h$|isa-l/",
     "examples": r"$^",
 }
 SYSTEM = re.compile(r"[a-z_0-9]+$|(sys/\w+|fcntl|unistd|errno|poll|pthread|immintrin|arm_neon)(\.h)?$")
@@ -133,6 +133,8 @@ def include_breaches(root, source, text):
                 breach = f"{folder}/ must not use this library"
             elif folder == "codec" and header.startswith("Eigen/") and room not in ENCODER_ROOMS:
                 breach = f"codec/{room} is the decoder's too and must not use Eigen"
+            elif header.startswith("isa-l/") and relative.as_posix() != "container/src/parity.cc":
+                breach = "only parity.cc, of isoreel::repair, uses ISA-L: readers do without"
             elif public and folder in ("io", "inspect"):
                 breach = "a public header must not need a third party's"
         if breach:

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 
 namespace isoreel {
 
@@ -28,6 +29,9 @@ struct TimeBase {
   double seconds(Ticks ticks) const {
     return static_cast<double>(ticks) * static_cast<double>(numerator) / static_cast<double>(denominator);
   }
+  /// The last tick at or before a time of `seconds`/`parts` seconds, exactly; `parts` above 0. What lies
+  /// beyond 63 bits becomes the nearest that does not.
+  std::int64_t tickAt(std::int64_t seconds, std::int64_t parts) const;
 };
 
 /// What `error_rms` and `error_max` of a frame header were measured against.
@@ -43,12 +47,16 @@ struct FrameHeader {
   static constexpr const char* kName = "frame header";
   static constexpr const char* kSpec = "container 4.1";
 
-  std::uint64_t number = 0;    // display index in this file, from 0
+  static constexpr std::uint64_t kHidden = 1;  // a flag: decoded for frames that need it, never shown
+
+  std::uint64_t number =
+      0;  // display index in this file, from 0; of a hidden frame, that of the next one shown
+  std::uint64_t position = 0;  // among all packets of its track in coded order, hidden ones too, from 0
   std::int64_t time = 0;       // ticks of the track's time base
   std::uint64_t duration = 1;  // ticks
   PacketType type = PacketType::kIntra;
-  std::uint64_t key =
-      0;  // number of the I frame that decoding must start from; its own number for an I frame
+  std::uint64_t flags = 0;  // kHidden; other bits are reserved, and readers ignore them
+  std::uint64_t back = 0;   // how many packets before this one the I frame is that decoding must start from
   double isovalue = 0;
   std::uint32_t vertices = 0;
   std::uint32_t faces = 0;                 // quads
@@ -63,16 +71,19 @@ struct FrameHeader {
   float error_max = 0;             // cells
   std::uint64_t surface_hash = 0;  // spec codec 7
 
+  bool hidden() const { return (flags & kHidden) != 0; }
   bool operator==(const FrameHeader&) const = default;
 
   template <class Visitor>
   void fields(Visitor& v) {
     v.varint("number", number);
+    v.varint("position", position, number);
     v.signedVarint("time", time);
     v.varint("duration", duration);
     v.fixed("type", type, 0, 1);
-    v.varint("key", key, 0, number);
-    v.require(type != PacketType::kIntra || key == number, "an I frame must be its own key");
+    v.varint("flags", flags);
+    v.varint("back", back, 0, position);
+    v.require((type == PacketType::kIntra) == (back == 0), "an I frame, and no other, must be its own key");
     v.f64("isovalue", isovalue);
     v.varint("vertices", vertices);
     v.varint("faces", faces);
@@ -95,16 +106,41 @@ struct Packet {
   Bytes data;
 };
 
-/// Coded frames by position: what a container reader offers and a player consumes. Positions count from 0 in
-/// coded order. Not thread-safe unless an implementation says so.
+/// Coded frames by position: what a container reader offers and a player consumes. Frames count from 0 in
+/// display order and are shown. Entries are all packets in coded order, hidden ones included; where none are
+/// hidden, as in most sources, entries are frames and only the first three functions are needed. Not
+/// thread-safe unless an implementation says so.
 class PacketSource {
  public:
   virtual ~PacketSource() = default;
   virtual std::uint64_t frameCount() const = 0;
-  /// `position` < frameCount(). The reference stays good as long as the source.
-  virtual const FrameHeader& header(std::uint64_t position) const = 0;
+  /// `frame` < frameCount(). The reference stays good as long as the source.
+  virtual const FrameHeader& header(std::uint64_t frame) const = 0;
   /// The packet's bytes, checked against the container's checksums.
-  virtual Result<Bytes> packet(std::uint64_t position) = 0;
+  virtual Result<Bytes> packet(std::uint64_t frame) = 0;
+
+  virtual std::uint64_t entryCount() const { return frameCount(); }
+  /// The entry of a frame below frameCount().
+  virtual std::uint64_t entryOf(std::uint64_t frame) const { return frame; }
+  /// As header() and packet(), for `entry` < entryCount().
+  virtual const FrameHeader& entryHeader(std::uint64_t entry) const { return header(entry); }
+  virtual Result<Bytes> entryPacket(std::uint64_t entry) { return packet(entry); }
+  /// Bytes of the packet, told without reading it; 0 where that is not known.
+  virtual std::uint64_t entryBytes(std::uint64_t) const { return 0; }
+  /// Says that the packets [begin, end) are going to be asked for, in order: a source may fetch them
+  /// together.
+  virtual void willRead(std::uint64_t begin, std::uint64_t end) {
+    static_cast<void>(begin);
+    static_cast<void>(end);
+  }
 };
+
+/// The frame that is shown at `time`, in ticks: the last that begins at it or before; nothing before the
+/// first.
+std::optional<std::uint64_t> frameAt(const PacketSource& source, std::int64_t time);
+
+/// The entry that decoding must start from to show `frame` < frameCount(): its key. kNotFound, naming the
+/// frame, when the key or a packet between the two is not there, as in a damaged file.
+Result<std::uint64_t> keyEntry(const PacketSource& source, std::uint64_t frame);
 
 }  // namespace isoreel

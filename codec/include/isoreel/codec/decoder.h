@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <isoreel/codec/cell.h>
+#include <isoreel/codec/motion_block.h>
 #include <isoreel/codec/packet_header.h>
 #include <isoreel/codec/surface.h>
 
@@ -17,16 +19,24 @@ struct DecodeOptions {
   /// Take a packet that was cut short, and decode the levels that are whole.
   bool allow_prefix = false;
   /// Refuse packets that say they hold more. A surface takes about 60 bytes a vertex while it is
-  /// decoded, 120 where P packets may follow, 180 in profile main.
+  /// decoded, 180 in profile main; where P packets may follow also the distance field around it, which takes
+  /// most for many small pieces: up to some kilobytes a vertex.
   std::uint32_t max_vertices = 1u << 27;
+  /// Gets the blocks of a P packet that is decoded whole; emptied for any other packet. On an error it may
+  /// hold some. The caller's, may be null.
+  std::vector<MotionBlock>* motion = nullptr;
+
+  bool operator==(const DecodeOptions&) const = default;
 };
 
 /// Turns packets into surfaces. Integer throughout: the same surface on every machine. Safe for untrusted
 /// input: it fails, or gives some surface, but neither crashes nor takes memory out of proportion to the
-/// packet's size. One decoder per thread.
+/// packet's size. One decoder per thread. A copy goes on from the same packet.
 class Decoder {
  public:
   Decoder();
+  Decoder(const Decoder&);
+  Decoder& operator=(const Decoder&);
   Decoder(Decoder&&) noexcept;
   Decoder& operator=(Decoder&&) noexcept;
   ~Decoder();
@@ -36,6 +46,15 @@ class Decoder {
   /// is broken, a CRC or the surface hash does not agree), kTruncated, kUnsupported (a newer version, profile
   /// or tool). The full surface is checked against the packet's hash.
   Result<Surface> decode(ByteSpan packet, const DecodeOptions& options = {});
+
+  /// Of the full surface decoded last: the cell that each vertex lies in, with its signs. Empty when there is
+  /// none, as after a coarser level alone or an error. Stays good until the next decode().
+  const std::vector<Cell>& cells() const;
+
+  /// Memory that a copy takes, about half a megabyte and 40 bytes for each vertex where P packets may follow;
+  /// and what it will be, about, after a packet of so many vertices.
+  std::uint64_t bytes() const;
+  std::uint64_t bytes(std::uint64_t vertices) const;
 
  private:
   struct State;

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <isoreel/base/parallel.h>
+#include <isoreel/codec/cell.h>
 #include <isoreel/codec/configuration.h>
 #include <isoreel/codec/surface.h>
 
 #include <memory>
+#include <span>
 
 namespace isoreel {
 
@@ -86,6 +88,14 @@ class Encoder {
   /// GOP limit, when it is smaller than the I packet. Memory beyond the volume: one bit per node and about 50
   /// bytes per vertex, 1200 with prediction or in profile main. `sizes` may be null.
   Result<Packet> encode(const Volume& volume, const FrameTiming& timing, PacketSizes* sizes = nullptr);
+
+  /// Codes a surface that was decoded before, where its volume is gone. `cells` are Decoder::cells() of it,
+  /// and `filled` tells of a frame without any whether all of it is inside. The packet has the same signs, so
+  /// the same faces and connections; each vertex moves by rounding to the configuration's step along its
+  /// normal and, where that was another or the packet is predicted, along its tangents. The header tells no
+  /// error.
+  Result<Packet> encodeAgain(const Surface& surface, std::span<const Cell> cells, bool filled,
+                             const FrameTiming& timing, PacketSizes* sizes = nullptr);
 
   /// The configuration record that starts every I packet (also what a container stores): the settings' with
   /// the flags of the tools that packets may use.

@@ -5,6 +5,7 @@
 #include <isoreel/base/status.h>
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -33,6 +34,13 @@ class ByteSource {
 /// A file, or standard input when `path` is "-". Regular files are seekable, pipes and terminals are not.
 /// kNotFound when it is not there, kIo when it cannot be opened or is a directory.
 Result<std::unique_ptr<ByteSource>> openFile(const std::filesystem::path& path);
+
+/// A file that another process may still be writing, front to back as a pipe. Where it ends for now, read()
+/// waits for more; the end is where it ends once no writer holds it locked (flock), finished or killed.
+/// PATH.part is taken where PATH is not there. `stopped` is asked while it waits: when true, reading fails
+/// (kIo).
+Result<std::unique_ptr<ByteSource>> followFile(const std::filesystem::path& path,
+                                               std::function<bool()> stopped);
 
 /// Bytes in memory, owned by the source.
 std::unique_ptr<ByteSource> openMemory(Bytes bytes, std::string name = "memory");

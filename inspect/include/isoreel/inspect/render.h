@@ -4,8 +4,10 @@
 #include <isoreel/base/parallel.h>
 #include <isoreel/codec/surface.h>
 #include <isoreel/inspect/attribute.h>
+#include <isoreel/inspect/motion_overlay.h>
 
 #include <filesystem>
+#include <optional>
 
 namespace isoreel::inspect {
 
@@ -48,6 +50,7 @@ struct RenderSettings {
   bool smooth = true;      // interpolated vertex normals; false shows facets
   bool wireframe = false;  // the quads' edges, as lines of about a pixel
   Attribute attribute;     // colours the surface and adds a colour bar, when it has a value for each vertex
+  std::optional<MotionOverlay> motion;  // arrows and a legend, over the picture of the blocks' own surface
 };
 
 /// Ray-casts the surface: three lights and ambient occlusion, so that shape shows; the inner side has another

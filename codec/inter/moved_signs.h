@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Signs with temporal context: what the moved previous surface says of a node (spec codec 8.5).
+#pragma once
+
+#include <array>
+
+#include "inter/motion_field.h"
+#include "inter/reference_field.h"
+
+namespace isoreel {
+
+/// For each index how many of the ends are not above it.
+template <std::size_t Size, std::size_t Ends>
+constexpr std::array<std::uint8_t, Size> classTable(const std::array<std::int32_t, Ends>& ends) {
+  std::array<std::uint8_t, Size> table{};
+  for (std::size_t i = 0; i < Size; ++i) {
+    for (const std::int32_t end : ends)
+      table[i] = static_cast<std::uint8_t>(table[i] + (static_cast<std::int32_t>(i) >= end));
+  }
+  return table;
+}
+
+/// Models of corner signs where the moved surface is near: by its distance, by what the signs around say,
+/// and by how far apart the level's nodes are.
+class MovedSignModels {
+ public:
+  static constexpr std::size_t kLevels = 3, kDistances = 16, kVotes = 16;
+  /// Classes of nodes around which not all distances are known.
+  static constexpr std::size_t kMostlyOutside = kDistances, kMostlyInside = kDistances + 1,
+                               kClasses = kDistances + 2;
+
+  /// The class of a distance, 1/4096 of a cell.
+  static std::size_t classOf(std::int32_t distance) {
+    const std::int32_t size = (distance < 0 ? ~distance : distance) >> 4;
+    const std::size_t place = kSizes[static_cast<std::size_t>(std::min(size, 256))];
+    return distance < 0 ? kDistances / 2 - 1 - place : kDistances / 2 + place;
+  }
+  BitModel& at(std::uint32_t shift, std::size_t distance, std::uint16_t one) {
+    const std::size_t level = std::min<std::size_t>(shift, kLevels - 1);
+    return models_[(level * kClasses + distance) * kVotes + kVoteOf[one >> 9]];
+  }
+  void reset() { models_.fill(BitModel{}); }
+
+ private:
+  // Where classes end: distances in 1/256 of a cell, probabilities in 1/128.
+  static constexpr std::array<std::int32_t, kDistances / 2 - 1> kDistanceEnds{10, 26, 43, 69, 102, 154, 256};
+  static constexpr std::array<std::int32_t, kVotes - 1> kVoteEnds{2,  5,  10,  18,  27,  39,  53, 64,
+                                                                  75, 89, 101, 110, 118, 123, 126};
+  static constexpr auto kSizes = classTable<257>(kDistanceEnds);
+  static constexpr auto kVoteOf = classTable<128>(kVoteEnds);
+
+  std::array<BitModel, kLevels * kClasses * kVotes> models_{};
+};
+
+/// Looks up the distance of the moved surface at nodes, cell by cell in Morton order.
+class MovedSigns {
+ public:
+  MovedSigns(const ReferenceField& field, const MotionField& motion, MovedSignModels& models)
+      : field_(field), motion_(motion), models_(models) {}
+
+  /// Starts a level whose nodes are 2^shift apart.
+  void start(std::uint32_t shift) {
+    shift_ = shift;
+    block_ = 0;
+    enter();
+  }
+  /// Goes to a cell of the level above; in Morton order.
+  void goTo(const Cell& cell) {
+    const std::int32_t up =
+        static_cast<std::int32_t>(motion_.blockLog2()) - static_cast<std::int32_t>(shift_) - 1;
+    const std::int32_t x = cell.x >> up, y = cell.y >> up, z = cell.z >> up;
+    const std::vector<Block>& blocks = motion_.blocks();
+    if (blocks[block_].x != x || blocks[block_].y != y || blocks[block_].z != z) {
+      while (blocks[block_].x != x || blocks[block_].y != y || blocks[block_].z != z) ++block_;
+      enter();
+    }
+  }
+  /// The model of a lattice node whose sign has the probability `one` without the moved surface; null where
+  /// that is not near.
+  BitModel* at(std::int32_t x, std::int32_t y, std::int32_t z, std::uint16_t one) {
+    if (!moves_) return nullptr;
+    const std::array<std::int32_t, 3> place{(x << shift_) * kCell + vector_[0],
+                                            (y << shift_) * kCell + vector_[1],
+                                            (z << shift_) * kCell + vector_[2]};
+    const CornerValues around = field_.around(place);
+    std::size_t distance = 0;
+    if (around.allKnown()) {
+      distance = MovedSignModels::classOf(around.at(place));
+    } else {
+      const std::int32_t sum = around.sumOfKnown();
+      if (sum == 0) return nullptr;
+      distance = sum < 0 ? MovedSignModels::kMostlyInside : MovedSignModels::kMostlyOutside;
+    }
+    return &models_.at(shift_, distance, one);
+  }
+
+ private:
+  void enter() {
+    moves_ = block_ < motion_.blocks().size() && motion_.blocks()[block_].moves;
+    if (!moves_) return;
+    vector_ = motion_.motionOf(motion_.blocks()[block_]);
+  }
+
+  ReferenceField::Cursor field_;
+  const MotionField& motion_;
+  MovedSignModels& models_;
+  std::uint32_t shift_ = 0;
+  std::size_t block_ = 0;
+  bool moves_ = false;
+  std::array<std::int32_t, 3> vector_{};  // of the block
+};
+
+}  // namespace isoreel
