@@ -411,7 +411,10 @@ void addEncodeCommand(CLI::App& app, Action& chosen) {
           ->default_str("25");
   verb->add_option("--times", options->times, "File with the time of each frame in seconds, one a line")
       ->excludes(fps);
-  verb->add_option("--frames", options->frames, kFramesHelp);
+  verb->add_option("--frames", options->frames,
+                   std::string(kFramesHelp) +
+                       "; shards of one encode, which concat joins into its very bytes, begin and end at "
+                       "multiples of --gop");
   verb->add_option("--tag", options->tags, "Metadata KEY=VALUE; may be repeated")
       ->take_all()
       ->default_str("");
