@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The entry point of libgstisoreel.so. `gst-inspect-1.0 isoreel` lists what is registered here.
 #include "common.h"
+#include "dec.h"
+#include "render.h"
+#include "video_dec.h"
 
 GST_DEBUG_CATEGORY(isoreel_debug);
 
@@ -8,8 +11,11 @@ namespace {
 
 gboolean initialise(GstPlugin* plugin) {
   GST_DEBUG_CATEGORY_INIT(isoreel_debug, "isoreel", 0, "Time-varying isosurfaces");
-  static_cast<void>(plugin);
-  return TRUE;
+  using namespace isoreel::gst;
+  bool registered = registerDecoder(plugin);
+  registered = registerRenderer(plugin) && registered;
+  registered = registerVideoDecoder(plugin) && registered;
+  return registered;
 }
 
 }  // namespace
