@@ -168,7 +168,8 @@ void beforeTransform(GstBaseTransform* base, GstBuffer* buffer) {
   // isoreelvideodec's, too, which come here: a bin's are brought to a time by nobody else.
   GstObject* bin = gst_object_get_parent(GST_OBJECT(base));
   if (bin == nullptr) return;
-  if (g_object_class_find_property(G_OBJECT_GET_CLASS(bin), "azimuth") != nullptr) gst_object_sync_values(bin, time);
+  if (g_object_class_find_property(G_OBJECT_GET_CLASS(bin), "azimuth") != nullptr)
+    gst_object_sync_values(bin, time);
   gst_object_unref(bin);
 }
 

@@ -2,8 +2,7 @@
 /**
  * SECTION:element-isoreelvideodec
  *
- * isoreeldec and isoreelrender in one, which players find by themselves. Has the properties of both; to
- * animate them by controllers, take the elements inside, `decoder` and `renderer`.
+ * isoreeldec and isoreelrender in one, which players find by themselves, with the properties of both.
  *
  * ## Example
  * |[
