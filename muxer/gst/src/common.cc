@@ -44,6 +44,13 @@ void postWarning(GstElement* element, const Status& status, const std::string& p
   post(element, GST_MESSAGE_WARNING, status, place);
 }
 
+void addTemplate(GstElementClass* klass, const char* name, GstPadDirection direction, GstPadPresence presence,
+                 const char* caps) {
+  GstCaps* parsed = gst_caps_from_string(caps);
+  gst_element_class_add_pad_template(klass, gst_pad_template_new(name, direction, presence, parsed));
+  gst_caps_unref(parsed);
+}
+
 GstBuffer* bufferOf(Bytes bytes) {
   auto* kept = new Bytes(std::move(bytes));
   const auto release = [](gpointer data) { delete static_cast<Bytes*>(data); };

@@ -25,6 +25,13 @@ inline constexpr char kFileCaps[] = "application/x-isoreel";
 /// first, each front to back, its first buffer with DISCONT.
 inline constexpr char kPacketCaps[] = "video/x-isoreel, stream-format = (string) packet";
 
+/// The same, and as the demuxers of other containers that carry ISRL (qtdemux, matroskademux) call it: these
+/// have no codec_data, and no guarantee of what comes first.
+inline constexpr char kAnyPacketCaps[] =
+    "video/x-isoreel, stream-format = (string) packet; video/x-gst-fourcc-ISRL; video/x-unknown, fourcc = "
+    "(string) "
+    "ISRL";
+
 /// Volumes, a grid of samples a buffer, x fastest, no padding. Fields: format, width, height, depth (nodes
 /// along x, y, z); and where they are not the defaults spacing and origin (arrays of 3 doubles), direction
 /// (9, row by row), level-set (boolean: inside is below 0), framerate.
@@ -40,6 +47,29 @@ inline constexpr char kVolumeCaps[] =
 void postError(GstElement* element, const Status& status, const std::string& place = "");
 /// The same as a warning, for what is survived.
 void postWarning(GstElement* element, const Status& status, const std::string& place = "");
+
+/// A type for an element of C++ functions: `Element` starts with its parent's struct, `Class` with its
+/// parent's class struct.
+template <class Element, class Class>
+GType elementType(GType parent, const char* name, void (*init_class)(Class*), void (*init)(Element*)) {
+  static void (*class_function)(Class*) = init_class;
+  static void (*function)(Element*) = init;
+  const GTypeInfo info{
+      sizeof(Class),
+      nullptr,
+      nullptr,
+      [](gpointer klass, gpointer) { class_function(static_cast<Class*>(klass)); },
+      nullptr,
+      nullptr,
+      sizeof(Element),
+      0,
+      [](GTypeInstance* instance, gpointer) { function(reinterpret_cast<Element*>(instance)); },
+      nullptr};
+  return g_type_register_static(parent, name, &info, GTypeFlags{});
+}
+
+void addTemplate(GstElementClass* klass, const char* name, GstPadDirection direction, GstPadPresence presence,
+                 const char* caps);
 
 /// A buffer that owns `bytes`.
 GstBuffer* bufferOf(Bytes bytes);

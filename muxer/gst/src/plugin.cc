@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The entry point of libgstisoreel.so. `gst-inspect-1.0 isoreel` lists what is registered here.
 #include "common.h"
+#include "enc.h"
+#include "mux.h"
+#include "tags.h"
+#include "volume_src.h"
 
 GST_DEBUG_CATEGORY(isoreel_debug);
 
@@ -8,8 +12,12 @@ namespace {
 
 gboolean initialise(GstPlugin* plugin) {
   GST_DEBUG_CATEGORY_INIT(isoreel_debug, "isoreel", 0, "Time-varying isosurfaces");
-  static_cast<void>(plugin);
-  return TRUE;
+  using namespace isoreel::gst;
+  registerTags();
+  bool registered = registerVolumeSource(plugin);
+  registered = registerEncoder(plugin) && registered;
+  registered = registerMux(plugin) && registered;
+  return registered;
 }
 
 }  // namespace
@@ -17,4 +25,4 @@ gboolean initialise(GstPlugin* plugin) {
 #define PACKAGE "isoreel"
 GST_PLUGIN_DEFINE(GST_VERSION_MAJOR, GST_VERSION_MINOR, isoreel,
                   "Codec, container and player for time-varying isosurfaces", initialise, ISOREEL_VERSION,
-                  "BSD", "Isoreel", "https://isoreel.invalid/")
+                  "BSD", "Isoreel", "isoreel")
