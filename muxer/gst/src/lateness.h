@@ -18,16 +18,15 @@ class Lateness {
   /// nobody else has to do anything.
   bool report(GstClockTime time, GstClockTimeDiff late, int most) {
     if (!GST_CLOCK_TIME_IS_VALID(time)) return false;
-    const GstClockTimeDiff ahead = late > 0 ? 2 * late : late;
-    earliest_ =
-        ahead < 0 && static_cast<GstClockTime>(-ahead) > time ? 0 : time + static_cast<GstClockTime>(ahead);
     if (since_ == GST_CLOCK_TIME_NONE || time < since_) return true;
+    earliest_ = 0;
     if (late <= 0) {
       if (degree_ > 0 && time - since_ > patience_) change(-1);
       return false;
     }
     if (degree_ >= most) {
       since_ = time;
+      earliest_ = time + 2 * static_cast<GstClockTime>(late);  // it will take a while to catch up
       return false;
     }
     if (went_down_) patience_ = std::min(2 * patience_, kMostPatience);
@@ -40,7 +39,7 @@ class Lateness {
     if (since_ == GST_CLOCK_TIME_NONE) since_ = time;
     return degree_;
   }
-  /// That frame would come too late whatever is left out of it.
+  /// That frame would come too late even with all left out that can be.
   bool hopeless(GstClockTime time, int most) const { return degree_ >= most && time < earliest_; }
 
  private:
@@ -56,7 +55,7 @@ class Lateness {
   bool went_down_ = false;
   GstClockTime since_ = 0;  // the first frame of this degree, or the last late one; none yet: not valid
   GstClockTime patience_ = GST_SECOND;
-  GstClockTime earliest_ = 0;  // what is before cannot be shown in time
+  GstClockTime earliest_ = 0;  // with all left out: what is before comes too late even so
 };
 
 }  // namespace isoreel::gst

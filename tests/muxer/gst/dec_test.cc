@@ -39,7 +39,7 @@ class Dec : public testing::Test {
     gst_object_unref(bus_);
   }
 
-  GstFlowReturn push(std::size_t i, int flags = 0) {
+  GstFlowReturn push(std::size_t i, guint flags = 0) {
     GstBuffer* buffer = bufferFor(ballPackets()[i]);
     GST_BUFFER_FLAG_SET(buffer, flags);
     return gst_harness_push(harness_, buffer);
@@ -102,6 +102,7 @@ class Dec : public testing::Test {
 };
 
 using Numbers = std::vector<guint64>;
+constexpr guint kDiscont = GST_BUFFER_FLAG_DISCONT;
 
 TEST_F(Dec, givesTheTrianglesOfEachFrame) {
   for (std::size_t i = 0; i < 8; ++i) ASSERT_EQ(push(i), GST_FLOW_OK);
@@ -156,7 +157,7 @@ TEST_F(Dec, afterASeekWaitsForAKeyInSilence) {
   for (std::size_t i = 0; i < 3; ++i) push(i);
   numbers();
   flush();
-  for (std::size_t i = 3; i < 8; ++i) EXPECT_EQ(push(i, i == 3 ? GST_BUFFER_FLAG_DISCONT : 0), GST_FLOW_OK);
+  for (std::size_t i = 3; i < 8; ++i) EXPECT_EQ(push(i, i == 3 ? kDiscont : 0), GST_FLOW_OK);
   EXPECT_EQ(numbers(), (Numbers{6, 7}));
   EXPECT_TRUE(messages(GST_MESSAGE_WARNING).empty());
 }
@@ -212,7 +213,7 @@ TEST_F(Dec, framesWithoutADurationLastAsLongAsThePacketSays) {
 }
 
 TEST_F(Dec, decodesHiddenPacketsAndDoesNotShowThem) {
-  for (std::size_t i = 0; i < 4; ++i) push(i, i < 2 ? GST_BUFFER_FLAG_DECODE_ONLY : 0);
+  for (std::size_t i = 0; i < 4; ++i) push(i, i < 2 ? guint{GST_BUFFER_FLAG_DECODE_ONLY} : 0);
   EXPECT_EQ(numbers(), (Numbers{2, 3}));
 }
 
@@ -225,7 +226,7 @@ TEST_F(Dec, keysAloneWhenThatIsWanted) {
 TEST_F(Dec, playsBackward) {
   segment(-1, 0, 16 * kFrameTime);
   for (const std::size_t key : {12u, 6u, 0u}) {
-    for (std::size_t i = key; i < key + kGop; ++i) push(i, i == key ? GST_BUFFER_FLAG_DISCONT : 0);
+    for (std::size_t i = key; i < key + kGop; ++i) push(i, i == key ? kDiscont : 0);
   }
   EXPECT_EQ(numbers(), (Numbers{15, 14, 13, 12, 11, 10, 9, 8, 7, 6}));
   gst_harness_push_event(harness_, gst_event_new_eos());
