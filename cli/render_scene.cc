@@ -14,20 +14,6 @@
 namespace isoreel::cli {
 namespace {
 
-/// The box of the chosen frames in the world, from their headers.
-void addSequence(const Input& input, const FrameRange& range, inspect::Box& box) {
-  for (std::uint64_t i = range.begin; i < range.end; ++i) {
-    const FrameHeader& header = input.packets->header(i);
-    if (header.faces == 0) continue;
-    for (std::size_t c = 0; c < 8; ++c) {
-      Vec3d cells{};
-      for (std::size_t axis = 0; axis < 3; ++axis)
-        cells[axis] = (c >> axis & 1 ? header.box_max : header.box_min)[axis] / double{kCell};
-      box.add(input.configuration.grid.world(cells));
-    }
-  }
-}
-
 DecodeOptions decodeOptions(const std::optional<int>& level, const Grid& grid) {
   DecodeOptions result;
   if (!level) return result;
@@ -78,7 +64,10 @@ Status Scene::prepare(const FrameRange& range, Product product) {
               fmt::format("{} has {}, too few to stand beside those of {}", source.path,
                           counted(count, "frame"), options_->input)};
     }
-    addSequence(source.input, range, settings_.frame);
+    for (std::uint64_t i = range.begin; i < range.end; ++i) {
+      settings_.frame.join(
+          inspect::boundingBox(source.input.packets->header(i), source.input.configuration.grid));
+    }
   }
   return {};
 }

@@ -340,6 +340,23 @@ void Box::add(const Vec3d& p) {
   }
 }
 
+void Box::join(const Box& other) {
+  if (other.empty()) return;
+  add(other.min);
+  add(other.max);
+}
+
+Box boundingBox(const FrameHeader& header, const Grid& grid) {
+  Box box;
+  for (std::size_t c = 0; c < 8 && header.faces > 0; ++c) {
+    Vec3d cells{};
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      cells[axis] = (c >> axis & 1 ? header.box_max : header.box_min)[axis] / double{kCell};
+    box.add(grid.world(cells));
+  }
+  return box;
+}
+
 Box boundingBox(const TriangleView& mesh) {
   Box box;
   for (const Triangle& triangle : mesh.triangles) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <isoreel/base/packet.h>
 #include <isoreel/base/parallel.h>
 #include <isoreel/codec/surface.h>
 #include <isoreel/inspect/attribute.h>
@@ -25,8 +26,11 @@ struct Box {
   Vec3d max{-1, -1, -1};
   bool empty() const { return min[0] > max[0]; }
   void add(const Vec3d& p);
+  void join(const Box& other);
 };
 Box boundingBox(const Surface& surface);
+/// As the header tells, without decoding: of the box that is aligned with the grid.
+Box boundingBox(const FrameHeader& header, const Grid& grid);
 
 /// Triangles in the world, the caller's: corners run counter-clockwise seen from outside, each below
 /// points.size(); what they are is not checked here.

@@ -1,0 +1,48 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Prints the area of each frame's surface, from the triangles that GStreamer hands over.
+
+usage: mesh_areas.py FILE.isr      (Debian: python3-gst-1.0 gir1.2-gst-plugins-base-1.0 python3-numpy)
+"""
+import sys
+
+import gi
+import numpy
+
+gi.require_version("Gst", "1.0")
+gi.require_version("GstApp", "1.0")
+from gi.repository import Gst, GstApp  # noqa: E402, F401 (GstApp gives appsinks their methods)
+
+
+def numbers(memory, kind):
+    mapped, view = memory.map(Gst.MapFlags.READ)
+    if not mapped:
+        raise OSError("a mesh cannot be read")
+    array = numpy.frombuffer(bytes(view.data), kind).reshape(-1, 3)
+    memory.unmap(view)
+    return array
+
+
+def main(path):
+    Gst.init(None)
+    pipeline = Gst.parse_launch("filesrc name=file ! isoreeldemux ! isoreeldec ! appsink name=meshes sync=false")
+    pipeline.get_by_name("file").set_property("location", path)
+    pipeline.set_state(Gst.State.PLAYING)
+    while sample := pipeline.get_by_name("meshes").pull_sample():
+        mesh = sample.get_buffer()
+        facts = mesh.get_custom_meta("IsoreelSurface").get_structure()
+        points = numbers(mesh.get_memory(0), "<f4")  # x, y, z in the world
+        corners = points[numbers(mesh.get_memory(1), "<u4")]  # of each triangle
+        normals = numpy.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        area = 0.5 * numpy.linalg.norm(normals, axis=1).sum()
+        print(f"{facts.get_uint64('frame').value:6} {mesh.pts / Gst.SECOND:9.3f} s {len(points):9} vertices, area {area:.6g}")
+    problem = pipeline.get_bus().pop_filtered(Gst.MessageType.ERROR)
+    pipeline.set_state(Gst.State.NULL)
+    if problem:
+        sys.exit(problem.parse_error().gerror.message)
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 2:
+        sys.exit(__doc__)
+    main(sys.argv[1])
