@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The entry point of libgstisoreel.so. `gst-inspect-1.0 isoreel` lists what is registered here.
 #include "common.h"
+#include "demux.h"
 #include "enc.h"
 #include "mux.h"
 #include "tags.h"
@@ -17,6 +18,7 @@ gboolean initialise(GstPlugin* plugin) {
   bool registered = registerVolumeSource(plugin);
   registered = registerEncoder(plugin) && registered;
   registered = registerMux(plugin) && registered;
+  registered = registerDemux(plugin) && registered;
   return registered;
 }
 
