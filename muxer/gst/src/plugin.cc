@@ -2,6 +2,7 @@
 // The entry point of libgstisoreel.so. `gst-inspect-1.0 isoreel` lists what is registered here.
 #include "common.h"
 #include "dec.h"
+#include "demux.h"
 #include "enc.h"
 #include "mux.h"
 #include "render.h"
@@ -20,6 +21,7 @@ gboolean initialise(GstPlugin* plugin) {
   bool registered = registerVolumeSource(plugin);
   registered = registerEncoder(plugin) && registered;
   registered = registerMux(plugin) && registered;
+  registered = registerDemux(plugin) && registered;
   registered = registerDecoder(plugin) && registered;
   registered = registerRenderer(plugin) && registered;
   registered = registerVideoDecoder(plugin) && registered;
