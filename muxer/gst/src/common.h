@@ -19,10 +19,11 @@ inline constexpr char kFileCaps[] = "application/x-isoreel";
 
 /// Coded frames, a packet a buffer. Fields: codec_data (configuration record), stream-format=packet, width
 /// and height (the grid's first two numbers of nodes; they mean nothing, but players want them above 0),
-/// framerate where it is constant, time-base (seconds a tick, where it fits). Buffers: PTS and duration; DTS
-/// as PTS; DELTA_UNIT on P packets; DECODE_ONLY on packets that are decoded for those behind them and never
-/// shown (hidden ones, and those between a key and where a seek went). Going backward, GOPs come last to
-/// first, each front to back, its first buffer with DISCONT.
+/// framerate where it is constant, bounding-box (mesh.h) where the file's index tells it, time-base (seconds
+/// a tick, where it fits). Buffers: PTS and duration; DTS as PTS; DELTA_UNIT on P packets; DECODE_ONLY on
+/// packets that are decoded for those behind them and never shown (hidden ones, and those between a key and
+/// where a seek went). Going backward, GOPs come last to first, each front to back, its first buffer with
+/// DISCONT.
 inline constexpr char kPacketCaps[] = "video/x-isoreel, stream-format = (string) packet";
 
 /// The same, and as the demuxers of other containers that carry ISRL (qtdemux, matroskademux) call it: these

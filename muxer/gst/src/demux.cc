@@ -192,8 +192,8 @@ bool registerDemux(GstPlugin* plugin) {
   const GType type = elementType<demux::Element, demux::ElementClass>(GST_TYPE_ELEMENT, "GstIsoreelDemux",
                                                                       demux::initClass, demux::init);
   GstCaps* caps = gst_caps_from_string(kFileCaps);
-  const bool found = gst_type_find_register(plugin, kFileCaps, GST_RANK_PRIMARY, demux::find, "isr",
-                                            caps, nullptr, nullptr);
+  const bool found =
+      gst_type_find_register(plugin, kFileCaps, GST_RANK_PRIMARY, demux::find, "isr", caps, nullptr, nullptr);
   gst_caps_unref(caps);
   return found && gst_element_register(plugin, "isoreeldemux", GST_RANK_PRIMARY, type);
 }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "demux_state.h"
+#include "mesh.h"
 #include "packet_caps.h"
 #include "tags.h"
 
@@ -150,6 +151,10 @@ Status State::addPads() {
     gst_event_set_group_id(start, group);
     gst_pad_push_event(pad, start);
     GstCaps* caps = packetCaps(configuration, record, stream.base, stream.timeline.frame());
+    inspect::Box box;
+    for (std::uint64_t frame = 0; stream.reader && frame < stream.reader->frameCount(); ++frame)
+      box.join(inspect::boundingBox(stream.reader->header(frame), configuration.grid));
+    setBoundingBox(caps, box);
     gst_pad_set_caps(pad, caps);
     gst_caps_unref(caps);
     stream.pad = pad;

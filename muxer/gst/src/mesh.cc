@@ -28,6 +28,37 @@ GstMemory* filled(GstAllocator* allocator, GstAllocationParams* params, std::siz
 
 }  // namespace
 
+void setBoundingBox(GstCaps* caps, const inspect::Box& box) {
+  if (box.empty()) return;
+  GValue list = G_VALUE_INIT, number = G_VALUE_INIT;
+  gst_value_array_init(&list, 6);
+  g_value_init(&number, G_TYPE_DOUBLE);
+  for (const Vec3d& corner : {box.min, box.max}) {
+    for (const double x : corner) {
+      g_value_set_double(&number, x);
+      gst_value_array_append_value(&list, &number);
+    }
+  }
+  gst_caps_set_value(caps, "bounding-box", &list);
+  g_value_unset(&list);
+}
+
+inspect::Box boundingBoxOf(GstCaps* caps) {
+  inspect::Box box;
+  const GValue* list = gst_structure_get_value(gst_caps_get_structure(caps, 0), "bounding-box");
+  if (list == nullptr || !GST_VALUE_HOLDS_ARRAY(list) || gst_value_array_get_size(list) != 6) return box;
+  std::array<double, 6> numbers{};
+  for (guint i = 0; i < 6; ++i) {
+    const GValue* number = gst_value_array_get_value(list, i);
+    if (!G_VALUE_HOLDS_DOUBLE(number)) return box;
+    numbers[i] = g_value_get_double(number);
+    if (!std::isfinite(numbers[i])) return box;
+  }
+  box.add({numbers[0], numbers[1], numbers[2]});
+  box.add({numbers[3], numbers[4], numbers[5]});
+  return box;
+}
+
 void registerSurfaceMeta() {
   static const gchar* no_tags[] = {nullptr};
   gst_meta_register_custom(kSurfaceMeta, no_tags, nullptr, nullptr, nullptr);

@@ -2,8 +2,8 @@
 // model/x-triangle-mesh: what the decoder gives, and what the renderer and scripts take.
 #pragma once
 
-#include <isoreel/codec/configuration.h>
 #include <isoreel/codec/surface.h>
+#include <isoreel/inspect/render.h>
 
 #include <optional>
 #include <span>
@@ -19,6 +19,11 @@ namespace isoreel::gst {
 /// known.
 inline constexpr char kMeshCaps[] =
     "model/x-triangle-mesh, vertex-format = (string) F32LE, index-format = (string) U32LE";
+
+/// The field bounding-box, of packets and meshes: an empty box is not written; a missing or wrong field is
+/// empty.
+void setBoundingBox(GstCaps* caps, const inspect::Box& box);
+inspect::Box boundingBoxOf(GstCaps* caps);
 
 /// The GstCustomMeta on meshes and on pictures of them. Fields of its structure: frame (guint64, from 0, in
 /// its file), isovalue (gdouble), surface-hash (guint64: of the full surface, spec codec 7), vertices and

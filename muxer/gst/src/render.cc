@@ -116,22 +116,6 @@ GstCaps* fixateCaps(GstBaseTransform*, GstPadDirection, GstCaps*, GstCaps* caps)
   return gst_caps_fixate(caps);
 }
 
-inspect::Box boxOf(GstCaps* caps) {
-  inspect::Box box;
-  const GValue* list = gst_structure_get_value(gst_caps_get_structure(caps, 0), "bounding-box");
-  if (list == nullptr || !GST_VALUE_HOLDS_ARRAY(list) || gst_value_array_get_size(list) != 6) return box;
-  std::array<double, 6> numbers{};
-  for (guint i = 0; i < 6; ++i) {
-    const GValue* number = gst_value_array_get_value(list, i);
-    if (!G_VALUE_HOLDS_DOUBLE(number)) return box;
-    numbers[i] = g_value_get_double(number);
-    if (!std::isfinite(numbers[i])) return box;
-  }
-  box.add({numbers[0], numbers[1], numbers[2]});
-  box.add({numbers[3], numbers[4], numbers[5]});
-  return box;
-}
-
 gboolean setCaps(GstBaseTransform* base, GstCaps* meshes, GstCaps* pictures) {
   State& state = *self(base)->state;
   GstVideoInfo info;
@@ -139,7 +123,7 @@ gboolean setCaps(GstBaseTransform* base, GstCaps* meshes, GstCaps* pictures) {
   GST_OBJECT_LOCK(base);
   state.info = info;
   GST_OBJECT_UNLOCK(base);
-  if (const inspect::Box box = boxOf(meshes); !box.empty()) state.box = box;
+  if (const inspect::Box box = boundingBoxOf(meshes); !box.empty()) state.box = box;
   return TRUE;
 }
 

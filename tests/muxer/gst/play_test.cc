@@ -54,9 +54,9 @@ class Pipeline {
     GError* error = nullptr;
     pipeline_ = gst_parse_launch(description.c_str(), &error);
     EXPECT_EQ(error, nullptr) << error->message;
-    find();
+    sink_ = gst_bin_get_by_name(GST_BIN(pipeline_), "shown");
   }
-  explicit Pipeline(GstElement* pipeline) : pipeline_(pipeline) {}
+  Pipeline(GstElement* pipeline, GstElement* sink) : pipeline_(pipeline), sink_(sink) {}
   ~Pipeline() {
     gst_element_set_state(pipeline_, GST_STATE_NULL);
     if (sink_ != nullptr) gst_object_unref(sink_);
@@ -99,7 +99,6 @@ class Pipeline {
     return numbers_;
   }
   std::pair<guint64, guint64> shown() const { return shownBy(sink_); }
-  void find() { sink_ = gst_bin_get_by_name(GST_BIN(pipeline_), "shown"); }
 
  private:
   /// Text of the next message of these types, "" for the end of the stream.
@@ -153,16 +152,6 @@ TEST(Play, pausesAndGoesOnWithinAGop) {
   EXPECT_EQ(pipeline.playToTheEnd(), numbersFrom(15));
 }
 
-TEST(Play, goesUpAndDownAHundredTimes) {
-  Pipeline pipeline(fileToSink());
-  for (int i = 0; i < 100; ++i) {
-    ASSERT_TRUE(pipeline.to(GST_STATE_PAUSED)) << i;
-    EXPECT_EQ(pipeline.shown().first, 0u);
-    if (i % 3 == 0) ASSERT_TRUE(pipeline.to(GST_STATE_PLAYING)) << i;
-    ASSERT_TRUE(pipeline.to(i % 2 == 0 ? GST_STATE_READY : GST_STATE_NULL)) << i;
-  }
-}
-
 // As gst-play-1.0 and other players do it: nothing but the file's name is given.
 Pipeline player(const std::string& path) {
   GstElement* playbin = gst_element_factory_make("playbin", nullptr);
@@ -173,7 +162,19 @@ Pipeline player(const std::string& path) {
       TRUE, nullptr);
   g_object_set(playbin, "uri", uri, "video-sink", sink, nullptr);
   g_free(uri);
-  return Pipeline(playbin);
+  return {playbin, gst_bin_get_by_name(GST_BIN(sink), "shown")};
+}
+
+TEST(Play, goesUpAndDownAHundredTimes) {
+  Pipeline pipeline = player(ballFile());
+  for (int i = 0; i < 100; ++i) {
+    ASSERT_TRUE(pipeline.to(GST_STATE_PAUSED)) << i;
+    EXPECT_EQ(pipeline.shown().first, 0u) << i;
+    if (i % 3 == 0) {
+      ASSERT_TRUE(pipeline.to(GST_STATE_PLAYING)) << i;
+    }
+    ASSERT_TRUE(pipeline.to(i % 2 == 0 ? GST_STATE_READY : GST_STATE_NULL)) << i;
+  }
 }
 
 void seekAtRandom(Pipeline& pipeline, int seeks) {
@@ -190,7 +191,6 @@ void seekAtRandom(Pipeline& pipeline, int seeks) {
 TEST(Play, twoHundredSeeksShowTheRightFrames) {
   Pipeline pipeline = player(ballFile());
   ASSERT_TRUE(pipeline.to(GST_STATE_PAUSED));
-  pipeline.find();
   seekAtRandom(pipeline, 200);
   gint64 duration = 0;
   EXPECT_TRUE(gst_element_query_duration(pipeline.get(), GST_FORMAT_TIME, &duration));
