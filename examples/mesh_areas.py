@@ -23,26 +23,33 @@ def numbers(memory, kind):
     return array
 
 
-def main(path):
-    Gst.init(None)
+def meshes(path):
     pipeline = Gst.parse_launch("filesrc name=file ! isoreeldemux ! isoreeldec ! appsink name=meshes sync=false")
     pipeline.get_by_name("file").set_property("location", path)
     pipeline.set_state(Gst.State.PLAYING)
-    while sample := pipeline.get_by_name("meshes").pull_sample():
-        mesh = sample.get_buffer()
+    sink = pipeline.get_by_name("meshes")
+    problem = None
+    while not sink.is_eos() and not problem:
+        if sample := sink.try_pull_sample(Gst.SECOND // 10):
+            yield sample.get_buffer()
+        problem = pipeline.get_bus().pop_filtered(Gst.MessageType.ERROR)
+    pipeline.set_state(Gst.State.NULL)
+    if problem:
+        sys.exit(problem.parse_error().gerror.message)
+
+
+def main(path):
+    for mesh in meshes(path):
         facts = mesh.get_custom_meta("IsoreelSurface").get_structure()
         points = numbers(mesh.get_memory(0), "<f4")  # x, y, z in the world
         corners = points[numbers(mesh.get_memory(1), "<u4")]  # of each triangle
         normals = numpy.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         area = 0.5 * numpy.linalg.norm(normals, axis=1).sum()
         print(f"{facts.get_uint64('frame').value:6} {mesh.pts / Gst.SECOND:9.3f} s {len(points):9} vertices, area {area:.6g}")
-    problem = pipeline.get_bus().pop_filtered(Gst.MessageType.ERROR)
-    pipeline.set_state(Gst.State.NULL)
-    if problem:
-        sys.exit(problem.parse_error().gerror.message)
 
 
 if __name__ == "__main__":
     if len(sys.argv) != 2:
         sys.exit(__doc__)
+    Gst.init(None)
     main(sys.argv[1])
