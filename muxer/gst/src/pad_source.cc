@@ -128,6 +128,16 @@ void PushFeed::flushStop() {
   changed_.notify_all();
 }
 
+void PushFeed::reset() {
+  const std::lock_guard lock(mutex_);
+  window_.clear();
+  start_ = wanted_ = read_at_ = 0;
+  size_.reset();
+  own_seek_ = 0;
+  keep_all_ = true;
+  seekable_ = arriving_ = eos_ = interrupted_ = flushing_ = begun_ = false;
+}
+
 void PushFeed::stop(bool stopped) {
   const std::lock_guard lock(mutex_);
   stopped_ = stopped;

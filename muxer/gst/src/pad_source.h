@@ -33,6 +33,8 @@ class PushFeed {
   void flushStart();
   void flushStop();
 
+  /// Before the first byte, when nobody reads.
+  void reset();
   /// From now on pushing and reading fail, or no longer.
   void stop(bool stopped);
   /// Reading fails, until it may again; pushing waits.
