@@ -385,6 +385,24 @@ GstFlowReturn flush(GstAggregator* aggregator) {
   return GST_FLOW_OK;
 }
 
+// Seeks go to whoever is upstream. The aggregator also applies them to its own segment, which has to be in
+// their format for that; it is in bytes again afterwards.
+gboolean sourceEvent(GstAggregator* aggregator, GstEvent* event) {
+  if (GST_EVENT_TYPE(event) != GST_EVENT_SEEK) return parentClass(aggregator)->src_event(aggregator, event);
+  GstFormat format = GST_FORMAT_TIME;
+  gst_event_parse_seek(event, nullptr, &format, nullptr, nullptr, nullptr, nullptr, nullptr);
+  GstSegment& segment = GST_AGGREGATOR_PAD(aggregator->srcpad)->segment;
+  GST_OBJECT_LOCK(aggregator->srcpad);
+  const GstSegment bytes = segment;
+  gst_segment_init(&segment, format);
+  GST_OBJECT_UNLOCK(aggregator->srcpad);
+  const gboolean done = parentClass(aggregator)->src_event(aggregator, event);
+  GST_OBJECT_LOCK(aggregator->srcpad);
+  if (segment.format != GST_FORMAT_BYTES) segment = bytes;
+  GST_OBJECT_UNLOCK(aggregator->srcpad);
+  return done;
+}
+
 void releasePad(GstElement* element, GstPad* pad) {
   State& state = *self(element)->state;
   {
@@ -478,6 +496,7 @@ void initClass(ElementClass* klass) {
   auto* aggregator = GST_AGGREGATOR_CLASS(klass);
   aggregator->aggregate = aggregate;
   aggregator->sink_event = sinkEvent;
+  aggregator->src_event = sourceEvent;
   aggregator->start = start;
   aggregator->stop = stop;
   aggregator->flush = flush;
