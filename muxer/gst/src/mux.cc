@@ -199,7 +199,7 @@ struct Due {
 GstClockTime runningTime(GstPad* pad, GstBuffer* buffer) {
   const GstSegment& segment = GST_AGGREGATOR_PAD(pad)->segment;
   guint64 time = 0;
-  const GstClockTime start = GST_BUFFER_PTS(buffer);
+  const GstClockTime start = GST_BUFFER_DTS_OR_PTS(buffer);
   if (start == GST_CLOCK_TIME_NONE) return 0;
   return gst_segment_to_running_time_full(&segment, GST_FORMAT_TIME, start, &time) > 0 ? time : 0;
 }

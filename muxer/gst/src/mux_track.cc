@@ -39,7 +39,8 @@ Result<MuxTrack::Moment> MuxTrack::moment(GstBuffer* buffer, const GstSegment& s
                                           const PacketHeader& own) const {
   Moment moment;
   const FrameHeader* header = frameHeader(buffer);
-  const GstClockTime start = GST_BUFFER_PTS(buffer);
+  // The two are one; matroskademux gives DTS alone.
+  const GstClockTime start = GST_BUFFER_DTS_OR_PTS(buffer);
   const GstClockTime length = GST_BUFFER_DURATION(buffer);
   moment.duration = header != nullptr ? header->duration : own.duration;
   if (start == GST_CLOCK_TIME_NONE) {

@@ -8,6 +8,7 @@
 #include <condition_variable>
 #include <memory>
 #include <mutex>
+#include <string>
 #include <vector>
 
 namespace isoreel::gst {
@@ -59,6 +60,7 @@ class PushFeed {
   void drop();
 
   GstPad* pad_;
+  std::string name_;
   std::mutex mutex_;
   std::condition_variable changed_;
   std::vector<Source*> sources_;

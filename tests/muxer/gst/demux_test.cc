@@ -87,11 +87,10 @@ TEST_P(Demux, saysWhyAFileCannotBeRead) {
     write(folder / "a.isr", bytes);
     const auto wanted = Reader::open(folder / "a.isr");
     ASSERT_FALSE(wanted.ok());
-    const std::string reason = wanted.error().message.substr(wanted.error().message.find(".isr:") + 6);
+    const std::string reason = wanted.error().message;
     Pipeline pipeline(from(folder / "a.isr") + " ! isoreeldemux ! fakesink");
     EXPECT_FALSE(pipeline.run());
-    EXPECT_TRUE(bytes.empty() || pipeline.error.find(reason) != std::string::npos)
-        << pipeline.error << " for " << reason;
+    EXPECT_TRUE(bytes.empty() || pipeline.error == reason) << pipeline.error << " for " << reason;
   }
 }
 
@@ -148,7 +147,7 @@ TEST_P(DemuxFile, damagedPacketsAreToldAndTheRestOfTheirGopLeftOut) {
   EXPECT_TRUE(got[5].jumps);
   EXPECT_TRUE(pipeline.wait(GST_MESSAGE_EOS));
   ASSERT_EQ(pipeline.warnings.size(), 1u);
-  EXPECT_EQ(pipeline.warnings[0], "input" + reason.substr(reason.find(": frame")));
+  EXPECT_EQ(pipeline.warnings[0], reason);
 }
 
 TEST_P(DemuxFile, hiddenFramesAreMarked) {

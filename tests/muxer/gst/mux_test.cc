@@ -10,9 +10,9 @@ namespace {
 
 constexpr char kCaps[] = "video/x-isoreel, stream-format=packet, width=13, height=13";
 
-GstBuffer* packetOf(const Packet& packet, GstClockTime time) {
+GstBuffer* packetOf(const Packet& packet, GstClockTime time, bool matroska) {
   GstBuffer* buffer = gst_buffer_new_memdup(packet.data.data(), packet.data.size());
-  GST_BUFFER_PTS(buffer) = time;
+  (matroska ? GST_BUFFER_DTS(buffer) : GST_BUFFER_PTS(buffer)) = time;
   GST_BUFFER_DURATION(buffer) = 40 * GST_MSECOND;
   return buffer;
 }
@@ -30,11 +30,12 @@ Bytes pulled(GstHarness* harness) {
 }
 
 // Pushes packets from `first` on, ends, and gives the file.
-Bytes muxed(const std::vector<Packet>& packets, std::size_t first, const char* caps = kCaps) {
+Bytes muxed(const std::vector<Packet>& packets, std::size_t first, const char* caps = kCaps,
+            bool matroska = false) {
   GstHarness* harness = gst_harness_new_with_padnames("isoreelmux", "sink_0", "src");
   gst_harness_set_src_caps_str(harness, caps);
   for (std::size_t i = first; i < packets.size(); ++i)
-    EXPECT_EQ(gst_harness_push(harness, packetOf(packets[i], i * 40 * GST_MSECOND)), GST_FLOW_OK);
+    EXPECT_EQ(gst_harness_push(harness, packetOf(packets[i], i * 40 * GST_MSECOND, matroska)), GST_FLOW_OK);
   gst_harness_push_event(harness, gst_event_new_eos());
   while (GST_STATE(harness->element) == GST_STATE_PLAYING) {
     GstEvent* event = gst_harness_pull_event(harness);
@@ -66,9 +67,11 @@ TEST(Mux, keepsPacketsBitForBitWithoutTheirHeaders) {
 
 TEST(Mux, takesWhatDemuxersOfOtherContainersGive) {
   const std::vector<Packet> packets = ballPackets(10);
-  for (const char* caps : {"video/x-gst-fourcc-ISRL, width=13, height=13", "video/x-unknown, fourcc=ISRL"}) {
+  for (const bool matroska : {false, true}) {
+    const char* caps =
+        matroska ? "video/x-unknown, fourcc=ISRL" : "video/x-gst-fourcc-ISRL, width=13, height=13";
     // Behind a cut by someone who knows nothing of keys: what cannot be decoded is left out.
-    const auto reader = Reader::open(openMemory(muxed(packets, 2, caps)));
+    const auto reader = Reader::open(openMemory(muxed(packets, 2, caps, matroska)));
     ASSERT_TRUE(reader.ok()) << reader.error().message;
     ASSERT_EQ((*reader)->frameCount(), 6u);
     EXPECT_EQ(*(*reader)->packet(0), packets[4].data);
@@ -133,7 +136,8 @@ TEST(Mux, joinsSequencesByTheirRunningTimes) {
   write(folder / "b.isr", ballFile(3, {.first_time = 100}));
   Pipeline pipeline("concat name=c ! isoreelmux times=running ! filesink location=" + (folder / "c.isr") +
                     " filesrc location=" + (folder / "a.isr") +
-                    " ! isoreeldemux ! c. filesrc location=" + (folder / "b.isr") + " ! isoreeldemux ! c.");
+                    " ! isoreeldemux ! queue ! c. filesrc location=" + (folder / "b.isr") +
+                    " ! isoreeldemux ! queue ! c.");
   ASSERT_TRUE(pipeline.run()) << pipeline.error;
   const auto reader = Reader::open(folder / "c.isr");
   ASSERT_TRUE(reader.ok());
