@@ -145,6 +145,21 @@ TEST(Mux, joinsSequencesByTheirRunningTimes) {
   for (std::uint64_t i = 0; i < 8; ++i) EXPECT_EQ((*reader)->header(i).time, static_cast<std::int64_t>(i));
 }
 
+TEST(Mux, namesTracks) {
+  const Folder folder;
+  write(folder / "a.isr", ballFile(4));
+  const std::string in = " filesrc location=" + (folder / "a.isr") + " ! isoreeldemux ! queue ! mux.sink_";
+  Pipeline pipeline("isoreelmux name=mux track-names=skin,,skin ! filesink location=" + (folder / "b.isr") +
+                    in + "0" + in + "1" + in + "2" + in + "3");
+  ASSERT_TRUE(pipeline.run()) << pipeline.error;
+  const auto reader = Reader::open(folder / "b.isr", "skin 2");
+  ASSERT_TRUE(reader.ok()) << reader.error().message;
+  std::string names;
+  for (const TrackInfo& track : (*reader)->info().tracks) names += track.name + "/";
+  EXPECT_EQ(names, "skin//skin 2/track 2/");
+  EXPECT_EQ((*reader)->frameCount(), 4u);
+}
+
 TEST(Mux, protectsByParity) {
   const Folder folder;
   write(folder / "a.isr", ballFile(8));
