@@ -7,7 +7,7 @@
  * of `isoreel info`.
  *
  * Times are the file's. Seeks go by time or by frame (GST_FORMAT_DEFAULT), with all flags: KEY_UNIT and
- * SNAP_* land on keys or on frames; otherwise packets from the key on come first, marked DECODE_ONLY, and the
+ * SNAP_* land on keys; otherwise packets from the key on come first, marked DECODE_ONLY, and the
  * segment starts where it was asked to. TRICKMODE_KEY_UNITS sends keys only; a rate below 0 sends GOPs last
  * to first; SEGMENT ends with SEGMENT_DONE. Where upstream neither can be pulled from nor seeks by bytes (a
  * pipe), the file plays front to back.
@@ -109,6 +109,7 @@ gboolean activateMode(GstPad*, GstObject* parent, GstPadMode mode, gboolean acti
   state.halted = !active;
   state.feed.stop(!active);
   if (active) {
+    state.feed.reset();
     state.pulls = mode == GST_PAD_MODE_PULL;
     return gst_task_start(state.task);
   }

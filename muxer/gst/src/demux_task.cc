@@ -190,7 +190,6 @@ void State::announce() {
   const DemuxStream& first = *streams.front();
   const TimeBase base = info.tracks.empty() ? first.base : info.tracks.front().time_base;
   if (GstToc* toc = tocOf(info.chapters, base, first.shift)) {
-    gst_element_post_message(GST_ELEMENT(element), gst_message_new_toc(GST_OBJECT(element), toc, FALSE));
     pushToAll(gst_event_new_toc(toc, FALSE));
     gst_toc_unref(toc);
   }

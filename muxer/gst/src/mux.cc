@@ -5,19 +5,18 @@
  * Writes packets into an `.isr` file, a track for each sink pad. Bytes go out front to back and are never
  * written twice, so the output may be a pipe; what was written before a pipeline was killed can be read.
  *
- * Packets are kept bit for bit. A pad's title (a tag of the stream) is the name of its track; other tags,
- * from the stream or by #GstTagSetter, are the file's tags; a table of contents, from the stream or by
- * #GstTocSetter, its chapters. What is shown stays what is shown: packets in front of where a seek went are
- * kept, hidden.
+ * Packets are kept bit for bit. A pad's title (a tag of the stream) is the name of its track, unless
+ * `track-names` says otherwise; other tags, from the stream or by #GstTagSetter, are the file's tags; a table
+ * of contents, from the stream or by #GstTocSetter, its chapters. What is shown stays what is shown: packets
+ * in front of where a seek went are kept, hidden.
  *
  * ## Example
  * |[
  * gst-launch-1.0 filesrc location=splash.isr ! isoreeldemux ! isoreelmux parity=10 ! filesink
  * location=safe.isr
- * gst-launch-1.0 isoreelmux name=mux ! filesink location=ct.isr \
- *     isoreelvolumesrc location=ct.nii.gz ! tee name=t ! queue ! isoreelenc iso=300 ! taginject scope=stream
- * tags="title=skin" ! mux. \ t. ! queue ! isoreelenc iso=1200 ! taginject scope=stream tags="title=bone" !
- * mux.
+ * gst-launch-1.0 isoreelmux name=mux track-names=skin,bone ! filesink location=ct.isr \
+ *     isoreelvolumesrc location=ct.nii.gz ! tee name=t ! queue ! isoreelenc iso=300 ! mux.sink_0 \
+ *     t. ! queue ! isoreelenc iso=1200 ! mux.sink_1
  * ]|
  */
 #include "mux.h"
@@ -31,6 +30,7 @@
 #include <mutex>
 
 #include "mux_track.h"
+#include "outbox.h"
 #include "tags.h"
 
 namespace isoreel::gst {
@@ -40,6 +40,7 @@ struct State {
   // Under the object's lock.
   guint parity = 0;
   MuxTimes times = MuxTimes::kStream;
+  std::string names;  // of tracks, in the pads' order, with commas between
   // Belongs to the thread that aggregates; `lock` is for pads that come and go.
   std::mutex lock;
   std::map<GstPad*, MuxTrack> tracks;
@@ -86,23 +87,6 @@ GstAggregatorClass* parentClass(gpointer element) {
   return static_cast<GstAggregatorClass*>(g_type_class_peek_parent(G_OBJECT_GET_CLASS(element)));
 }
 
-// Where the writer's bytes wait to be sent on.
-class Outbox final : public ByteSink {
- public:
-  Outbox(Bytes& bytes, std::string name) : bytes_(bytes), name_(std::move(name)) {}
-  Status append(ByteSpan more) override {
-    bytes_.insert(bytes_.end(), more.begin(), more.end());
-    return {};
-  }
-  Status commit() override { return {}; }
-  void discard() override {}
-  std::string name() const override { return name_; }
-
- private:
-  Bytes& bytes_;
-  std::string name_;
-};
-
 std::string tagsNow(Element* element) {
   const GstTagList* set = gst_tag_setter_get_tag_list(GST_TAG_SETTER(element));
   const GstTagMergeMode mode = gst_tag_setter_get_tag_merge_mode(GST_TAG_SETTER(element));
@@ -135,22 +119,15 @@ Status writeMetadata(Element* element) {
   return {};
 }
 
-// A name that no other track has.
-std::string freeName(const Writer* writer, std::string name) {
-  if (writer == nullptr) return name;
-  const std::vector<TrackInfo>& tracks = writer->info().tracks;
-  const auto taken = [&](const std::string& wanted) {
-    return std::any_of(tracks.begin(), tracks.end(), [&](const TrackInfo& t) { return t.name == wanted; });
-  };
-  const std::string stem = name.empty() ? "track" : name;
-  for (std::size_t i = 2; taken(name); ++i) name = stem + " " + std::to_string(i);
-  return name;
-}
-
 Status addTrack(Element* element, MuxTrack& track) {
   State& state = *element->state;
   TrackSettings settings = track.settings();
-  settings.name = freeName(state.writer.get(), settings.name);
+  GST_OBJECT_LOCK(element);
+  const std::string names = state.names;
+  const guint parity = state.parity;
+  GST_OBJECT_UNLOCK(element);
+  settings.name =
+      trackName(state.writer ? state.writer->info().tracks : std::vector<TrackInfo>(), names, track.name);
   if (state.writer) {
     ISOREEL_ASSIGN(track.id, state.writer->addTrack(std::move(settings)));
     return {};
@@ -159,9 +136,6 @@ Status addTrack(Element* element, MuxTrack& track) {
   file.time_base = state.chapter_base = settings.time_base;
   file.track_name = settings.name;
   file.configuration = settings.configuration;
-  GST_OBJECT_LOCK(element);
-  const guint parity = state.parity;
-  GST_OBJECT_UNLOCK(element);
   if (parity > 0) file.options.parity = reedSolomonParity(parity);
   auto sink = std::make_unique<Outbox>(state.written, GST_OBJECT_NAME(element));
   ISOREEL_ASSIGN(state.writer, Writer::create(std::move(sink), std::move(file)));
@@ -199,7 +173,7 @@ struct Due {
 GstClockTime runningTime(GstPad* pad, GstBuffer* buffer) {
   const GstSegment& segment = GST_AGGREGATOR_PAD(pad)->segment;
   guint64 time = 0;
-  const GstClockTime start = GST_BUFFER_PTS(buffer);
+  const GstClockTime start = GST_BUFFER_DTS_OR_PTS(buffer);
   if (start == GST_CLOCK_TIME_NONE) return 0;
   return gst_segment_to_running_time_full(&segment, GST_FORMAT_TIME, start, &time) > 0 ? time : 0;
 }
@@ -308,17 +282,6 @@ GstFlowReturn aggregate(GstAggregator* aggregator, gboolean) {
   return flow == GST_FLOW_OK && eos ? GST_FLOW_EOS : flow;
 }
 
-void takeCaps(MuxTrack& track, const GstCaps* caps) {
-  const GstStructure* structure = gst_caps_get_structure(caps, 0);
-  gint numerator = 0, denominator = 0;
-  if (gst_structure_get_fraction(structure, "time-base", &numerator, &denominator) && numerator > 0 &&
-      denominator > 0)
-    track.caps_base = {static_cast<std::uint32_t>(numerator), static_cast<std::uint32_t>(denominator)};
-  const GValue* data = gst_structure_get_value(structure, "codec_data");
-  if (data != nullptr && GST_VALUE_HOLDS_BUFFER(data))
-    track.caps_record = bytesOf(gst_value_get_buffer(data));
-}
-
 void takeTags(State& state, MuxTrack& track, const GstTagList* tags) {
   GstTagList* rest = gst_tag_list_copy(tags);
   if (gst_tag_list_get_scope(tags) == GST_TAG_SCOPE_STREAM) {
@@ -339,7 +302,7 @@ void learn(State& state, GstPad* pad, GstEvent* event) {
     case GST_EVENT_CAPS: {
       GstCaps* caps = nullptr;
       gst_event_parse_caps(event, &caps);
-      takeCaps(state.tracks[pad], caps);
+      state.tracks[pad].takeCaps(caps);
       break;
     }
     case GST_EVENT_TAG: {
@@ -385,6 +348,24 @@ GstFlowReturn flush(GstAggregator* aggregator) {
   return GST_FLOW_OK;
 }
 
+// Seeks go to whoever is upstream. The aggregator also applies them to its own segment, which has to be in
+// their format for that; it is in bytes again afterwards.
+gboolean sourceEvent(GstAggregator* aggregator, GstEvent* event) {
+  if (GST_EVENT_TYPE(event) != GST_EVENT_SEEK) return parentClass(aggregator)->src_event(aggregator, event);
+  GstFormat format = GST_FORMAT_TIME;
+  gst_event_parse_seek(event, nullptr, &format, nullptr, nullptr, nullptr, nullptr, nullptr);
+  GstSegment& segment = GST_AGGREGATOR_PAD(aggregator->srcpad)->segment;
+  GST_OBJECT_LOCK(aggregator->srcpad);
+  const GstSegment bytes = segment;
+  gst_segment_init(&segment, format);
+  GST_OBJECT_UNLOCK(aggregator->srcpad);
+  const gboolean done = parentClass(aggregator)->src_event(aggregator, event);
+  GST_OBJECT_LOCK(aggregator->srcpad);
+  if (segment.format != GST_FORMAT_BYTES) segment = bytes;
+  GST_OBJECT_UNLOCK(aggregator->srcpad);
+  return done;
+}
+
 void releasePad(GstElement* element, GstPad* pad) {
   State& state = *self(element)->state;
   {
@@ -394,7 +375,7 @@ void releasePad(GstElement* element, GstPad* pad) {
   GST_ELEMENT_CLASS(parentClass(element))->release_pad(element, pad);
 }
 
-enum Property { kParity = 1, kTimes };
+enum Property { kParity = 1, kTimes, kTrackNames };
 
 const GEnumValue kTimesValues[] = {
     {static_cast<gint>(MuxTimes::kStream), "Stream time: the times of a file stay what they are", "stream"},
@@ -412,6 +393,9 @@ void setProperty(GObject* object, guint id, const GValue* value, GParamSpec* spe
     case kTimes:
       state.times = static_cast<MuxTimes>(g_value_get_enum(value));
       break;
+    case kTrackNames:
+      state.names = g_value_get_string(value) != nullptr ? g_value_get_string(value) : "";
+      break;
     default:
       G_OBJECT_WARN_INVALID_PROPERTY_ID(object, id, spec);
   }
@@ -427,6 +411,9 @@ void getProperty(GObject* object, guint id, GValue* value, GParamSpec* spec) {
       break;
     case kTimes:
       g_value_set_enum(value, static_cast<gint>(state.times));
+      break;
+    case kTrackNames:
+      g_value_set_string(value, state.names.c_str());
       break;
     default:
       G_OBJECT_WARN_INVALID_PROPERTY_ID(object, id, spec);
@@ -460,6 +447,14 @@ void initClass(ElementClass* klass) {
                         g_enum_register_static("GstIsoreelMuxTimes", kTimesValues),
                         static_cast<gint>(MuxTimes::kStream), kFlags));
 
+  g_object_class_install_property(
+      object, kTrackNames,
+      g_param_spec_string(
+          "track-names", "Track names",
+          "Names of tracks in the order of the pads: NAME,NAME,...; none: the titles that come with "
+          "the streams",
+          "", kFlags));
+
   auto* element = GST_ELEMENT_CLASS(klass);
   element->release_pad = releasePad;
   gst_element_class_set_static_metadata(element, "Isoreel muxer", "Codec/Muxer",
@@ -478,6 +473,7 @@ void initClass(ElementClass* klass) {
   auto* aggregator = GST_AGGREGATOR_CLASS(klass);
   aggregator->aggregate = aggregate;
   aggregator->sink_event = sinkEvent;
+  aggregator->src_event = sourceEvent;
   aggregator->start = start;
   aggregator->stop = stop;
   aggregator->flush = flush;

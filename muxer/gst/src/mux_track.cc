@@ -10,6 +10,21 @@
 
 namespace isoreel::gst {
 
+std::string trackName(const std::vector<TrackInfo>& others, const std::string& names,
+                      const std::string& title) {
+  std::size_t start = 0;
+  for (std::size_t i = 0; i < others.size() && start < names.size(); ++i)
+    start = std::min(names.find(',', start), names.size() - 1) + 1;
+  std::string name = names.substr(start, names.find(',', start) - start);
+  if (name.empty()) name = title;
+  const auto taken = [&](const std::string& wanted) {
+    return std::any_of(others.begin(), others.end(), [&](const TrackInfo& t) { return t.name == wanted; });
+  };
+  const std::string stem = name.empty() ? "track" : name;
+  for (std::size_t i = 2; taken(name); ++i) name = stem + " " + std::to_string(i);
+  return name;
+}
+
 // When a packet is shown, in ticks, or that it is not.
 struct MuxTrack::Moment {
   std::int64_t time = 0;
@@ -17,6 +32,16 @@ struct MuxTrack::Moment {
   bool hidden = false;
   bool beyond = false;  // behind the segment's end
 };
+
+void MuxTrack::takeCaps(const GstCaps* caps) {
+  const GstStructure* structure = gst_caps_get_structure(caps, 0);
+  gint numerator = 0, denominator = 0;
+  if (gst_structure_get_fraction(structure, "time-base", &numerator, &denominator) && numerator > 0 &&
+      denominator > 0)
+    caps_base = {static_cast<std::uint32_t>(numerator), static_cast<std::uint32_t>(denominator)};
+  const GValue* data = gst_structure_get_value(structure, "codec_data");
+  if (data != nullptr && GST_VALUE_HOLDS_BUFFER(data)) caps_record = bytesOf(gst_value_get_buffer(data));
+}
 
 Status MuxTrack::know(GstBuffer* first) {
   const Bytes bytes = bytesOf(first);
@@ -39,7 +64,8 @@ Result<MuxTrack::Moment> MuxTrack::moment(GstBuffer* buffer, const GstSegment& s
                                           const PacketHeader& own) const {
   Moment moment;
   const FrameHeader* header = frameHeader(buffer);
-  const GstClockTime start = GST_BUFFER_PTS(buffer);
+  // The two are one; matroskademux gives DTS alone.
+  const GstClockTime start = GST_BUFFER_DTS_OR_PTS(buffer);
   const GstClockTime length = GST_BUFFER_DURATION(buffer);
   moment.duration = header != nullptr ? header->duration : own.duration;
   if (start == GST_CLOCK_TIME_NONE) {

@@ -19,6 +19,11 @@ enum class MuxTimes {
   kRunning,  // running time: sequences that come one after the other continue each other
 };
 
+/// What a track that comes behind `others` is called: its part of `names` (NAME,NAME,...), or else `title`;
+/// changed where another has that name.
+std::string trackName(const std::vector<TrackInfo>& others, const std::string& names,
+                      const std::string& title);
+
 /// Turns the buffers of a pad into the packets of a track, numbered and timed anew.
 class MuxTrack {
  public:
@@ -27,6 +32,7 @@ class MuxTrack {
   std::string name;
   std::optional<std::uint64_t> id;  // in the file
 
+  void takeCaps(const GstCaps* caps);
   bool known() const { return configuration_.has_value(); }
   /// Once it is known.
   TrackSettings settings() const { return {base_, name, *configuration_}; }

@@ -17,9 +17,25 @@ std::optional<std::uint64_t> peerBytes(GstPad* pad) {
   return static_cast<std::uint64_t>(bytes);
 }
 
+// What upstream reads from, as the command line calls it.
+std::string peerName(GstPad* pad) {
+  std::string name = "input";
+  GstQuery* query = gst_query_new_uri();
+  gchar* uri = nullptr;
+  if (gst_pad_peer_query(pad, query)) gst_query_parse_uri(query, &uri);
+  gst_query_unref(query);
+  if (uri != nullptr) {
+    gchar* path = g_filename_from_uri(uri, nullptr, nullptr);
+    name = path != nullptr ? path : uri;
+    g_free(path);
+  }
+  g_free(uri);
+  return name;
+}
+
 class PullSource final : public ByteSource {
  public:
-  explicit PullSource(GstPad* pad) : pad_(pad) {}
+  explicit PullSource(GstPad* pad) : pad_(pad), name_(peerName(pad)) {}
 
   Result<std::size_t> read(std::uint64_t offset, std::span<std::uint8_t> out) override {
     std::size_t done = 0;
@@ -38,10 +54,11 @@ class PullSource final : public ByteSource {
     return done;
   }
   std::optional<std::uint64_t> size() const override { return peerBytes(pad_); }
-  std::string name() const override { return "input"; }
+  std::string name() const override { return name_; }
 
  private:
   GstPad* pad_;
+  std::string name_;
 };
 
 }  // namespace
@@ -65,7 +82,7 @@ class PushFeed::Source final : public ByteSource {
     return feed_.read(*this, offset, out);
   }
   std::optional<std::uint64_t> size() const override { return feed_.seekable_ ? feed_.size_ : std::nullopt; }
-  std::string name() const override { return "input"; }
+  std::string name() const override { return feed_.name_; }
 
   std::uint64_t position = 0;  // of what is read next, if it is read front to back
 
@@ -128,6 +145,16 @@ void PushFeed::flushStop() {
   changed_.notify_all();
 }
 
+void PushFeed::reset() {
+  const std::lock_guard lock(mutex_);
+  window_.clear();
+  start_ = wanted_ = read_at_ = 0;
+  size_.reset();
+  own_seek_ = 0;
+  keep_all_ = true;
+  seekable_ = arriving_ = eos_ = interrupted_ = flushing_ = begun_ = false;
+}
+
 void PushFeed::stop(bool stopped) {
   const std::lock_guard lock(mutex_);
   stopped_ = stopped;
@@ -153,6 +180,7 @@ Result<bool> PushFeed::begin() {
   if (gst_pad_peer_query(pad_, query)) gst_query_parse_seeking(query, nullptr, &seekable, nullptr, nullptr);
   gst_query_unref(query);
   const auto size = peerBytes(pad_);
+  name_ = peerName(pad_);
   const std::lock_guard lock(mutex_);
   size_ = size;
   seekable_ = seekable != FALSE && size.has_value();

@@ -8,6 +8,7 @@
 #include <condition_variable>
 #include <memory>
 #include <mutex>
+#include <string>
 #include <vector>
 
 namespace isoreel::gst {
@@ -33,6 +34,8 @@ class PushFeed {
   void flushStart();
   void flushStop();
 
+  /// Before the first byte, when nobody reads.
+  void reset();
   /// From now on pushing and reading fail, or no longer.
   void stop(bool stopped);
   /// Reading fails, until it may again; pushing waits.
@@ -57,6 +60,7 @@ class PushFeed {
   void drop();
 
   GstPad* pad_;
+  std::string name_;
   std::mutex mutex_;
   std::condition_variable changed_;
   std::vector<Source*> sources_;

@@ -42,10 +42,10 @@ std::uint64_t Timeline::frameAt(GstClockTime time) const {
 }
 
 std::uint64_t Timeline::snapped(GstClockTime time, GstSeekFlags flags) const {
-  const bool to_key = (flags & GST_SEEK_FLAG_KEY_UNIT) != 0, after = (flags & GST_SEEK_FLAG_SNAP_AFTER) != 0;
+  const bool after = (flags & GST_SEEK_FLAG_SNAP_AFTER) != 0;
   const bool before = (flags & GST_SEEK_FLAG_SNAP_BEFORE) != 0 || !after;
-  if (frames() == 0 || (!to_key && (flags & GST_SEEK_FLAG_SNAP_NEAREST) == 0)) return frames();
-  const auto lands = [&](std::uint64_t frame) { return !to_key || keys_[static_cast<std::size_t>(frame)]; };
+  if (frames() == 0 || (flags & GST_SEEK_FLAG_KEY_UNIT) == 0) return frames();
+  const auto lands = [&](std::uint64_t frame) { return bool{keys_[static_cast<std::size_t>(frame)]}; };
   std::uint64_t low = frameAt(time), high = frameFrom(time);
   while (!lands(low)) --low;  // the first frame is one, hidden packets in front of it or not
   while (high < frames() && !lands(high)) ++high;

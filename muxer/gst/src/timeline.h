@@ -27,8 +27,8 @@ class Timeline {
   std::uint64_t frameAt(GstClockTime time) const;
   /// The first frame that starts at a time or later; frames() when there is none.
   std::uint64_t frameFrom(GstClockTime time) const;
-  /// The frame where a seek to `time` lands, by its flags KEY_UNIT, SNAP_BEFORE and SNAP_AFTER; frames() for
-  /// none of them, which means the time itself.
+  /// The key frame where a seek to `time` with the flag KEY_UNIT lands, by SNAP_BEFORE and SNAP_AFTER;
+  /// frames() without KEY_UNIT: the time itself is meant.
   std::uint64_t snapped(GstClockTime time, GstSeekFlags flags) const;
   /// Seconds a frame, where all last equally long; nothing where they do not.
   std::optional<TimeBase> frame() const { return frame_; }

@@ -9,6 +9,7 @@ int main(int argc, char** argv) {
   g_setenv("GST_PLUGIN_SYSTEM_PATH", STOCK_PLUGIN_FOLDER, TRUE);
   g_setenv("GST_REGISTRY", STOCK_PLUGIN_FOLDER "/registry.bin", TRUE);
   g_setenv("GST_REGISTRY_FORK", "no", TRUE);  // the scanner would have to be built with the same sanitizers
+  g_setenv("G_DEBUG", "fatal-criticals", TRUE);  // GLib's word for a bug of the caller's
   testing::InitGoogleTest(&argc, argv);
   gst_init(&argc, &argv);
   const int result = RUN_ALL_TESTS();
