@@ -46,20 +46,20 @@ struct Deviation {
 
 }  // namespace
 
-Result<Recoded> recode(Reader& reader, const Cut& cut) {
+Result<Recoded> recode(PacketSource& packets, const Cut& cut) {
   Recoded result;
   if (cut.begin == cut.shown) return result;
   std::uint64_t end = cut.begin + 1;
-  while (end < cut.end && reader.entryHeader(end).back != 0) ++end;
+  while (end < cut.end && packets.entryHeader(end).back != 0) ++end;
   std::optional<Encoder> encoder;
   Decoder decoder, check;
   Deviation deviation;
-  reader.willRead(cut.begin, end);
+  packets.willRead(cut.begin, end);
   for (std::uint64_t entry = cut.begin; entry < end; ++entry) {
     if (interrupted) return {ErrorCode::kIo, "interrupted"};
-    const FrameHeader& header = reader.entryHeader(entry);
+    const FrameHeader& header = packets.entryHeader(entry);
     const std::string place = fmt::format("frame {}", header.number);
-    ISOREEL_ASSIGN(const Bytes data, reader.entryPacket(entry));
+    ISOREEL_ASSIGN(const Bytes data, packets.entryPacket(entry));
     ISOREEL_ASSIGN(const Surface surface, decoder.decode(data).at(place));
     if (!encoder) {
       ISOREEL_ASSIGN(encoder, encoderLike(data, end - cut.shown));

@@ -160,7 +160,7 @@ Decoder::~Decoder() = default;
 
 const std::vector<Cell>& Decoder::cells() const { return state_->cells; }
 std::uint64_t Decoder::bytes(std::uint64_t vertices) const {
-  return sizeof(State) + state_->models.signs.signs.bytes() + state_->models.vertices.bytes() + 40 * vertices;
+  return sizeof(State) + state_->models.bytes() + sizeof(ReferencePlane) * vertices;
 }
 std::uint64_t Decoder::bytes() const { return bytes(0) + state_->reference.bytes(); }
 
@@ -196,7 +196,10 @@ Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
   std::optional<ByteSpan> motion_bytes = ByteSpan{};
   if (predicted) {
     motion_bytes = payload.section(SectionKind::kMotion, 0);
-    if (motion_bytes) ISOREEL_TRY(part.open(*motion_bytes, depth));
+    if (motion_bytes) {
+      ISOREEL_TRY(part.open(*motion_bytes, depth));
+      state.reference.buildField();
+    }
   }
   // Finer levels need the motion; they stand behind it.
   const std::uint32_t most = motion_bytes ? depth : payload.lastLevelBeforeMotion();
@@ -253,7 +256,7 @@ Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
     return {ErrorCode::kBadData, "packet: the decoded surface does not match its hash (spec codec 7)"};
   }
   if ((configuration.tools & kToolPrediction) != 0) {
-    state.reference.build(surface, cells);
+    state.reference.setPlanes(surface, cells);
     state.last = header.number;
     state.configuration = configuration;
   }

@@ -23,6 +23,8 @@ struct PacketModels {
     moved_signs.reset();
     predicted.reset();
   }
+  /// Memory beyond the object itself.
+  std::uint64_t bytes() const { return signs.signs.bytes() + vertices.bytes() + predicted.bytes(); }
 };
 
 }  // namespace isoreel

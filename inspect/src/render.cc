@@ -348,10 +348,13 @@ void Box::join(const Box& other) {
 
 Box boundingBox(const FrameHeader& header, const Grid& grid) {
   Box box;
+  const bool known = header.box_max != std::array<std::uint32_t, 3>{};
   for (std::size_t c = 0; c < 8 && header.faces > 0; ++c) {
     Vec3d cells{};
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      cells[axis] = (c >> axis & 1 ? header.box_max : header.box_min)[axis] / double{kCell};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double end = known ? header.box_max[axis] / double{kCell} : grid.nodes[axis] - 1.0;
+      cells[axis] = c >> axis & 1 ? end : header.box_min[axis] / double{kCell};
+    }
     box.add(grid.world(cells));
   }
   return box;

@@ -3,73 +3,90 @@
 #include <gst/pbutils/gstdiscoverer.h>
 #include <gtest/gtest.h>
 
-#include "pipeline.h"
-#include "sequence.h"
+#include "pictures.h"
 
 namespace isoreel::gst {
 namespace {
 
-std::string fileToSink() {
-  return "filesrc location=" + ballFile() +
-         " ! isoreeldemux ! isoreelvideodec samples=1 ambient=false ! video/x-raw,width=16,height=12 ! "
-         "fakesink name=shown sync=false enable-last-sample=true";
+/// A file of balls, played.
+class Play : public testing::Test {
+ protected:
+  Play() { write(path_, ballFile(kFrames, {.tags = R"({"title":"A ball"})"})); }
+  std::string fileToSink() const {
+    return "filesrc location=" + path_ + " ! isoreeldemux ! isoreelvideodec samples=1 ambient=false ! " +
+           kSmallSink;
+  }
+
+  const Folder folder_;
+  const std::string path_ = folder_ / "ball.isr";
+};
+
+TEST_F(Play, showsEveryFrameInOrder) {
+  Pipeline pipeline(fileToSink());
+  EXPECT_EQ(playToTheEnd(pipeline), numbersFrom(0));
 }
 
-TEST(Play, showsEveryFrameInOrder) {
+TEST_F(Play, pausesAndGoesOnWithinAGop) {
   Pipeline pipeline(fileToSink());
-  EXPECT_EQ(pipeline.playToTheEnd(), numbersFrom(0));
-}
-
-TEST(Play, pausesAndGoesOnWithinAGop) {
-  Pipeline pipeline(fileToSink());
-  ASSERT_TRUE(pipeline.to(GST_STATE_PAUSED));
-  ASSERT_TRUE(pipeline.seek(9 * kFrameTime));
-  EXPECT_EQ(pipeline.shown().first, 9u);
-  for (int i = 0; i < 5; ++i) {
+  ASSERT_TRUE(pipeline.reach(GST_STATE_PAUSED));
+  ASSERT_TRUE(seekTo(pipeline, 9 * kFrameTime));
+  EXPECT_EQ(shown(pipeline).first, 9u);
+  for (guint64 i = 10; i < 15; ++i) {
     gst_element_send_event(pipeline.get(), gst_event_new_step(GST_FORMAT_BUFFERS, 1, 1, TRUE, FALSE));
-    ASSERT_TRUE(pipeline.settled());
-    EXPECT_EQ(pipeline.shown().first, 10u + static_cast<guint>(i));
+    ASSERT_TRUE(pipeline.wait(GST_MESSAGE_ASYNC_DONE));
+    EXPECT_EQ(shown(pipeline).first, i);
   }
-  EXPECT_EQ(pipeline.playToTheEnd(), numbersFrom(15));
+  EXPECT_EQ(playToTheEnd(pipeline), numbersFrom(15));
 }
 
-TEST(Play, goesUpAndDownAHundredTimes) {
-  Pipeline pipeline = player(ballFile());
+TEST_F(Play, goesUpAndDownAHundredTimes) {
+  Pipeline pipeline(playerOf(path_));
   for (int i = 0; i < 100; ++i) {
-    ASSERT_TRUE(pipeline.to(GST_STATE_PAUSED)) << i;
-    EXPECT_EQ(pipeline.shown().first, 0u) << i;
+    ASSERT_TRUE(pipeline.reach(GST_STATE_PAUSED)) << i << ": " << pipeline.error;
+    EXPECT_EQ(shown(pipeline).first, 0u) << i;
     if (i % 3 == 0) {
-      ASSERT_TRUE(pipeline.to(GST_STATE_PLAYING)) << i;
+      ASSERT_TRUE(pipeline.reach(GST_STATE_PLAYING)) << i << ": " << pipeline.error;
     }
-    ASSERT_TRUE(pipeline.to(i % 2 == 0 ? GST_STATE_READY : GST_STATE_NULL)) << i;
+    ASSERT_TRUE(pipeline.reach(i % 2 == 0 ? GST_STATE_READY : GST_STATE_NULL)) << i << ": " << pipeline.error;
   }
 }
 
-TEST(Play, twoHundredSeeksShowTheRightFrames) {
-  Pipeline pipeline = player(ballFile());
-  ASSERT_TRUE(pipeline.to(GST_STATE_PAUSED));
+TEST_F(Play, twoHundredSeeksShowTheRightFrames) {
+  Pipeline pipeline(playerOf(path_));
+  ASSERT_TRUE(pipeline.reach(GST_STATE_PAUSED)) << pipeline.error;
   seekAtRandom(pipeline, 200);
   gint64 duration = 0;
   EXPECT_TRUE(gst_element_query_duration(pipeline.get(), GST_FORMAT_TIME, &duration));
   EXPECT_EQ(duration, static_cast<gint64>(kFrames * kFrameTime));
 }
 
-TEST(Play, backwardShowsEveryFrame) {
+TEST_F(Play, backwardShowsEveryFrame) {
   Pipeline pipeline(fileToSink());
-  ASSERT_TRUE(pipeline.to(GST_STATE_PAUSED));
-  ASSERT_TRUE(gst_element_seek(pipeline.get(), -1, GST_FORMAT_TIME, GST_SEEK_FLAG_FLUSH, GST_SEEK_TYPE_SET, 0,
-                               GST_SEEK_TYPE_SET, static_cast<gint64>(kFrames * kFrameTime)));
+  ASSERT_TRUE(pipeline.reach(GST_STATE_PAUSED));
+  ASSERT_TRUE(
+      pipeline.seek(-1, GST_FORMAT_TIME, GST_SEEK_FLAG_FLUSH, 0, static_cast<gint64>(kFrames * kFrameTime)));
+  ASSERT_TRUE(pipeline.wait(GST_MESSAGE_ASYNC_DONE));
+  EXPECT_EQ(shown(pipeline).first, kFrames - 1);
   std::vector<guint64> expected = numbersFrom(0);
-  std::reverse(expected.begin(), expected.end());
-  ASSERT_TRUE(pipeline.settled());
-  EXPECT_EQ(pipeline.shown().first, kFrames - 1);
-  expected.erase(expected.begin());
-  EXPECT_EQ(pipeline.playToTheEnd(), expected);
+  expected.pop_back();
+  EXPECT_EQ(playToTheEnd(pipeline), std::vector<guint64>(expected.rbegin(), expected.rend()));
 }
 
-TEST(Play, isDiscovered) {
-  GstDiscoverer* discoverer = gst_discoverer_new(kPatience, nullptr);
-  gchar* uri = gst_filename_to_uri(ballFile().c_str(), nullptr);
+TEST_F(Play, aDamagedFilePlaysOn) {
+  Bytes bytes = ballFile(kFrames);
+  bytes[bytes.size() / 2] ^= 1;
+  write(path_, bytes);
+  Pipeline pipeline(fileToSink());
+  const std::vector<guint64> numbers = playToTheEnd(pipeline);
+  EXPECT_EQ(pipeline.warnings.size(), 1u);
+  EXPECT_LT(numbers.size(), kFrames);
+  EXPECT_GE(numbers.size(), kFrames - 4);
+  EXPECT_EQ(numbers.back(), kFrames - 1);
+}
+
+TEST_F(Play, isDiscovered) {
+  GstDiscoverer* discoverer = gst_discoverer_new(10 * GST_SECOND, nullptr);
+  gchar* uri = gst_filename_to_uri(path_.c_str(), nullptr);
   GError* error = nullptr;
   GstDiscovererInfo* info = gst_discoverer_discover_uri(discoverer, uri, &error);
   g_free(uri);

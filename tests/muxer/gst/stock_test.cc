@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Our packets out of the containers of others, by the demuxers of others.
 #include <gtest/gtest.h>
-#include <isoreel/container/reader.h>
 #include <isoreel/lavf/carrier_writer.h>
 
-#include <filesystem>
-
-#include "pipeline.h"
-#include "sequence.h"
+#include "pictures.h"
 
 namespace isoreel::gst {
 namespace {
@@ -15,32 +11,33 @@ namespace {
 class Stock : public testing::TestWithParam<const char*> {
  protected:
   Stock() {
-    const auto reader = Reader::open(ballFile());
-    const lavf::CarrierTrack track{reader->get(), (*reader)->info().time_base, "", ballRecord()};
-    const auto carrier = lavf::carrierOf(path_);
-    EXPECT_TRUE(lavf::writeCarrier(path_, *carrier, {track}, {.overwrite = true}).ok());
+    write(folder_ / "ball.isr", ballFile(kFrames));
+    const auto reader = Reader::open(folder_ / "ball.isr");
+    const FileInfo& info = (*reader)->info();
+    const lavf::CarrierTrack track{reader->get(), info.time_base, "", info.configuration};
+    const auto written = lavf::writeCarrier(path_, *lavf::carrierOf(path_), {track});
+    EXPECT_TRUE(written.ok()) << written.status().message();
   }
-  ~Stock() override { std::filesystem::remove(path_); }
 
-  const std::string path_ = ballFile() + GetParam();
+  const Folder folder_;
+  const std::string path_ = folder_ / (std::string("ball.") + GetParam());
 };
 
 TEST_P(Stock, playsFromFrontToBack) {
-  const std::string demuxer = std::string(GetParam()) == ".mkv" ? "matroskademux" : "qtdemux";
+  const std::string demuxer = std::string(GetParam()) == "mkv" ? "matroskademux" : "qtdemux";
   Pipeline pipeline("filesrc location=" + path_ + " ! " + demuxer +
-                    " ! isoreelvideodec samples=1 ambient=false ! video/x-raw,width=16,height=12 ! "
-                    "fakesink name=shown sync=false enable-last-sample=true");
-  EXPECT_EQ(pipeline.playToTheEnd(), numbersFrom(0));
+                    " ! isoreelvideodec samples=1 ambient=false ! " + kSmallSink);
+  EXPECT_EQ(playToTheEnd(pipeline), numbersFrom(0));
 }
 
 TEST_P(Stock, seeksShowTheRightFrames) {
-  Pipeline pipeline = player(path_);
-  ASSERT_TRUE(pipeline.to(GST_STATE_PAUSED));
+  Pipeline pipeline(playerOf(path_));
+  ASSERT_TRUE(pipeline.reach(GST_STATE_PAUSED)) << pipeline.error;
   seekAtRandom(pipeline, 40);
 }
 
-INSTANTIATE_TEST_SUITE_P(Of, Stock, testing::Values(".mov", ".mkv"),
-                         [](const auto& about) { return std::string(about.param + 1); });
+INSTANTIATE_TEST_SUITE_P(Of, Stock, testing::Values("mov", "mkv"),
+                         [](const auto& about) { return std::string(about.param); });
 
 }  // namespace
 }  // namespace isoreel::gst

@@ -51,7 +51,7 @@ class Decoder {
   /// none, as after a coarser level alone or an error. Stays good until the next decode().
   const std::vector<Cell>& cells() const;
 
-  /// Memory that a copy takes, about half a megabyte and 40 bytes for each vertex where P packets may follow;
+  /// Memory that a copy takes, about 0.8 megabytes and 24 bytes for each vertex where P packets may follow;
   /// and what it will be, about, after a packet of so many vertices.
   std::uint64_t bytes() const;
   std::uint64_t bytes(std::uint64_t vertices) const;

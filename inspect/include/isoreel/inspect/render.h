@@ -29,7 +29,8 @@ struct Box {
   void join(const Box& other);
 };
 Box boundingBox(const Surface& surface);
-/// As the header tells, without decoding: of the box that is aligned with the grid.
+/// As the header tells, without decoding: of the box that is aligned with the grid, or where the header does
+/// not tell one, as in other containers, of the grid. Empty without faces.
 Box boundingBox(const FrameHeader& header, const Grid& grid);
 
 /// Triangles in the world, the caller's: corners run counter-clockwise seen from outside, each below
