@@ -2,7 +2,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Prints the area of each frame's surface, from the triangles that GStreamer hands over.
 
-usage: mesh_areas.py FILE.isr      (Debian: python3-gst-1.0 gir1.2-gst-plugins-base-1.0 python3-numpy)
+(Packages python3-gi, gir1.2-gst-plugins-base-1.0, python3-numpy.)
+
+usage: mesh_areas.py FILE.isr
 """
 import sys
 
@@ -14,13 +16,8 @@ gi.require_version("GstApp", "1.0")
 from gi.repository import Gst, GstApp  # noqa: E402, F401 (GstApp gives appsinks their methods)
 
 
-def numbers(memory, kind):
-    mapped, view = memory.map(Gst.MapFlags.READ)
-    if not mapped:
-        raise OSError("a mesh cannot be read")
-    array = numpy.frombuffer(bytes(view.data), kind).reshape(-1, 3)
-    memory.unmap(view)
-    return array
+def numbers(mesh, begin, size, kind):
+    return numpy.frombuffer(mesh.extract_dup(begin, size), kind).reshape(-1, 3)
 
 
 def meshes(path):
@@ -41,8 +38,9 @@ def meshes(path):
 def main(path):
     for mesh in meshes(path):
         facts = mesh.get_custom_meta("IsoreelSurface").get_structure()
-        points = numbers(mesh.get_memory(0), "<f4")  # x, y, z in the world
-        corners = points[numbers(mesh.get_memory(1), "<u4")]  # of each triangle
+        first, second = (mesh.get_memory(i).size for i in (0, 1))
+        points = numbers(mesh, 0, first, "<f4")  # x, y, z in the world
+        corners = points[numbers(mesh, first, second, "<u4")]  # of each triangle
         normals = numpy.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         area = 0.5 * numpy.linalg.norm(normals, axis=1).sum()
         print(f"{facts.get_uint64('frame').value:6} {mesh.pts / Gst.SECOND:9.3f} s {len(points):9} vertices, area {area:.6g}")
