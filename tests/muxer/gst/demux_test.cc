@@ -218,9 +218,9 @@ TEST_P(DemuxFile, followsAFileThatGrows) {
 TEST(DemuxPush, aFlushFromUpstreamBeginsAnew) {
   const Folder folder;
   write(folder / "a.isr", ballFile(5));
+  std::atomic<int> buffers{0};  // outlives the pipeline
   Pipeline pipeline("pushfilesrc name=f location=" + (folder / "a.isr") +
                     " ! identity name=i ! isoreeldemux name=d fakesink name=s sync=false");
-  std::atomic<int> buffers{0};
   const auto link = [](GstElement*, GstPad* pad, gpointer sink) {
     GstPad* to = gst_element_get_static_pad(GST_ELEMENT(sink), "sink");
     EXPECT_EQ(gst_pad_link(pad, to), GST_PAD_LINK_OK);
