@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "command.h"
+#include "input.h"
 #include "metadata.h"
 #include "output.h"
 
@@ -22,11 +23,11 @@ struct AttachOptions {
 };
 
 Status list(const AttachOptions& options) {
-  ISOREEL_ASSIGN(const auto reader, Reader::open(options.file));
+  ISOREEL_ASSIGN(const Input input, openFacts(options.file));
   if (options.json) {
-    fmt::print("{}\n", dumped(Json{{"attachments", attachmentsJson(reader->info())}}, 2));
+    fmt::print("{}\n", dumped(Json{{"attachments", attachmentsJson(input.info)}}, 2));
   } else {
-    for (const Attachment& a : reader->info().attachments) fmt::print("{}\n", attachmentLine(a));
+    for (const Attachment& a : input.info.attachments) fmt::print("{}\n", attachmentLine(a));
   }
   return {};
 }
@@ -65,8 +66,8 @@ struct ExtractOptions {
 };
 
 Status extract(const ExtractOptions& options) {
-  ISOREEL_ASSIGN(const auto reader, Reader::open(options.file));
-  ISOREEL_ASSIGN(const auto content, reader->openAttachment(options.name));
+  ISOREEL_ASSIGN(const Input input, openFacts(options.file));
+  ISOREEL_ASSIGN(const auto content, input.openAttachment(options.name));
   // Names are plain file names: this stays in the folder.
   std::filesystem::path output = options.output.empty() ? options.name : options.output;
   if (std::filesystem::is_directory(output)) output /= options.name;
@@ -101,9 +102,9 @@ void addAttachCommand(CLI::App& app, Action& chosen) {
 }
 
 void addExtractCommand(CLI::App& app, Action& chosen) {
-  CLI::App* verb = app.add_subcommand("extract", "Copy an attachment out of an .isr file");
+  CLI::App* verb = app.add_subcommand("extract", "Copy an attachment out of a file");
   const auto options = std::make_shared<ExtractOptions>();
-  verb->add_option("file", options->file, "The .isr file")->required();
+  verb->add_option("file", options->file, "The .isr file; or a .mkv that carries one, or a URL")->required();
   verb->add_option("name", options->name, "Name of the attachment; 'isoreel attach FILE' lists them")
       ->required();
   verb->add_option("-o,--output", options->output,

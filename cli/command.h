@@ -21,6 +21,7 @@ void addDecodeCommand(CLI::App& app, Action& chosen);
 void addInfoCommand(CLI::App& app, Action& chosen);
 void addVerifyCommand(CLI::App& app, Action& chosen);
 void addCompareCommand(CLI::App& app, Action& chosen);
+void addRemuxCommand(CLI::App& app, Action& chosen);
 void addRenderCommand(CLI::App& app, Action& chosen);
 void addTrimCommand(CLI::App& app, Action& chosen);
 void addConcatCommand(CLI::App& app, Action& chosen);

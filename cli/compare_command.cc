@@ -147,7 +147,7 @@ void addCompareCommand(CLI::App& app, Action& chosen) {
   CLI::App* verb = app.add_subcommand(
       "compare", "Distance of each frame to its volume's isosurface and to the extracted mesh, in cells");
   const auto options = std::make_shared<CompareOptions>();
-  verb->add_option("file", options->input, "The .isr file; - for standard input")->required();
+  verb->add_option("file", options->input, kInputHelp)->required();
   options->volumes.add(*verb);
   verb->add_option("--frames", options->frames, kFramesHelp);
   verb->add_option_function<std::string>(

@@ -45,7 +45,7 @@ bool areShards(const std::vector<SourceFile>& files) {
 /// What keeps a shard from being a part of the same encode as the first; "" when nothing does.
 std::string strange(const SourceFile& file, const Shard& shard, const SourceFile& first, const Shard& other) {
   const FileInfo &info = file.info(), &wanted = first.info();
-  const std::uint64_t frames = file.tracks.front()->frameCount();
+  const std::uint64_t frames = file.tracks.front().packets->frameCount();
   if (frames != shard.end - shard.begin) {
     return fmt::format("holds {} of the frames {}:{} that it was made for", frames, shard.begin, shard.end);
   }
@@ -100,7 +100,7 @@ Status checkFits(const SourceFile& file, const SourceFile& first) {
   };
   if (file.tracks.size() != first.tracks.size()) return differs("the number of tracks");
   for (std::size_t t = 0; t < first.tracks.size(); ++t) {
-    const FileInfo &info = file.tracks[t]->info(), &other = first.tracks[t]->info();
+    const FileInfo &info = file.tracks[t].info, &other = first.tracks[t].info;
     if (info.track_name != other.track_name) return differs(fmt::format("the name of track {}", t));
     Result<Configuration> own = readConfiguration(info.configuration),
                           wanted = readConfiguration(other.configuration);
@@ -124,10 +124,10 @@ Result<Join> prepare(const ConcatOptions& options) {
   if (join.shards) ISOREEL_TRY(orderShards(join.files));
   join.tags = joinedTags(join.files);
   for (std::size_t t = 0; t < join.files.front().tracks.size(); ++t) {
-    const FileInfo& info = join.files.front().tracks[t]->info();
+    const FileInfo& info = join.files.front().tracks[t].info;
     TrackSettings track{info.time_base, info.track_name, info.configuration};
     for (const SourceFile& file : join.files) {
-      const auto base = commonBase(track.time_base, file.tracks[t]->info().time_base);
+      const auto base = commonBase(track.time_base, file.tracks[t].info.time_base);
       if (!base) {
         return {
             ErrorCode::kLimit,
@@ -150,12 +150,12 @@ class Joiner {
     std::vector<std::uint64_t> tracks;
     std::vector<TimeMap> maps;
     for (std::size_t t = 0; t < file.tracks.size(); ++t) {
-      const Reader& reader = *file.tracks[t];
-      cuts.push_back(wholeTrack(reader));
+      const Input& input = file.tracks[t];
+      cuts.push_back(wholeTrack(*input.packets));
       tracks.push_back(t);
-      maps.push_back({ticksOf(join_.tracks[t].time_base, reader.info().time_base), 0});
+      maps.push_back({ticksOf(join_.tracks[t].time_base, input.info.time_base), 0});
     }
-    if (times == Times::kShift) ISOREEL_TRY(shift(*file.tracks.front(), maps).at(file.path));
+    if (times == Times::kShift) ISOREEL_TRY(shift(*file.tracks.front().packets, maps).at(file.path));
     ISOREEL_TRY(copier_.copy(file, cuts, tracks, maps));
     for (Chapter chapter : file.info().chapters) {
       FrameHeader moved;  // what a time is moved by
@@ -176,10 +176,10 @@ class Joiner {
 
  private:
   /// So that the first track's first frame begins where the last one ended; the other tracks as far.
-  Status shift(const Reader& reader, std::vector<TimeMap>& maps) const {
+  Status shift(const PacketSource& packets, std::vector<TimeMap>& maps) const {
     const FrameHeader* last = writer_.lastFrame(0);
-    if (last == nullptr || reader.frameCount() == 0) return {};
-    FrameHeader first = reader.header(0);
+    if (last == nullptr || packets.frameCount() == 0) return {};
+    FrameHeader first = packets.header(0);
     ISOREEL_TRY(maps.front().apply(first));
     std::int64_t end = 0, by = 0;
     const TimeBase base = join_.tracks.front().time_base;
@@ -256,7 +256,9 @@ void addConcatCommand(CLI::App& app, Action& chosen) {
       "Join files of one grid, packets bit for bit; shards of one encode (encode --frames) become the "
       "very file that a single encode gives, in whatever order they are named");
   const auto options = std::make_shared<ConcatOptions>();
-  verb->add_option("inputs", options->inputs, "The .isr files, in order")->required()->default_str("");
+  verb->add_option("inputs", options->inputs, "The files, in order: each as other verbs read it")
+      ->required()
+      ->default_str("");
   verb->add_option("-o,--output", options->output, "The .isr file to write")->required();
   verb->add_option_function<std::string>(
           "--times",

@@ -9,38 +9,42 @@
 #include <limits>
 #include <numeric>
 
-#include "input.h"
 #include "interrupt.h"
+#include "output.h"
+#include "progress.h"
 
 namespace isoreel::cli {
 
 Result<SourceFile> openSource(const std::string& path, const std::string& track) {
   SourceFile source{path, {}};
   const auto open = [&](const std::string& which) -> Status {
-    Result<std::unique_ptr<Reader>> reader = Reader::open(std::filesystem::path(path), which);
-    if (!reader) return named(reader.status(), path);
-    source.tracks.push_back(*std::move(reader));
+    ISOREEL_ASSIGN(Input input, openInput(path, which));
+    source.tracks.push_back(std::move(input));
     return {};
   };
   ISOREEL_TRY(open(track));
   warnOfDamage(source.info(), path);
   if (!track.empty()) return source;
   const std::vector<TrackInfo> tracks = source.info().tracks;
+  if (tracks.size() > 1 && source.info().bytes == 0) {
+    return {ErrorCode::kInvalidArgument, fmt::format("{}: has {}, and from a pipe one can be had (--track)",
+                                                     path, counted(tracks.size(), "track"))};
+  }
   for (std::size_t i = 1; i < tracks.size(); ++i) ISOREEL_TRY(open(fmt::format("{}", tracks[i].id)));
   return source;
 }
 
-Cut wholeTrack(const Reader& reader) { return {0, 0, reader.entryCount()}; }
+Cut wholeTrack(const PacketSource& packets) { return {0, 0, packets.entryCount()}; }
 
-Result<Cut> cutOf(const Reader& reader, std::uint64_t begin, std::uint64_t end) {
+Result<Cut> cutOf(const PacketSource& packets, std::uint64_t begin, std::uint64_t end) {
   if (begin >= end) return Cut{};
-  ISOREEL_ASSIGN(const std::uint64_t key, keyEntry(reader, begin));
-  return Cut{key, reader.entryOf(begin), reader.entryOf(end - 1) + 1};
+  ISOREEL_ASSIGN(const std::uint64_t key, keyEntry(packets, begin));
+  return Cut{key, packets.entryOf(begin), packets.entryOf(end - 1) + 1};
 }
 
-Result<Bytes> configurationOf(Reader& reader, const Cut& cut) {
-  if (cut.begin == cut.end || cut.begin == 0) return reader.info().configuration;
-  ISOREEL_ASSIGN(const Bytes packet, reader.entryPacket(cut.begin));
+Result<Bytes> configurationOf(const Input& input, const Cut& cut) {
+  if (cut.begin == cut.end || cut.begin == 0) return input.info.configuration;
+  ISOREEL_ASSIGN(const Bytes packet, input.packets->entryPacket(cut.begin));
   ISOREEL_ASSIGN(PacketHeader header, readPacketHeader(packet));
   return std::move(header.configuration);
 }
@@ -51,16 +55,29 @@ WriterOptions writerOptions(unsigned parity) {
   return options;
 }
 
-Status copyAttachments(SourceFile& source, Writer& writer) {
-  const std::vector<Attachment> attachments = source.info().attachments;
-  for (const Attachment& attachment : attachments) {
-    const std::vector<Attachment>& there = writer.info().attachments;
-    if (std::any_of(there.begin(), there.end(),
-                    [&](const Attachment& a) { return a.name == attachment.name; }))
+Result<std::vector<lavf::CarrierAttachment>> openAttachments(const Input& input,
+                                                             std::vector<std::string>& notes) {
+  std::vector<lavf::CarrierAttachment> list;
+  for (const Attachment& facts : input.info.attachments) {
+    if (!input.openAttachment) {
+      notes.push_back(fmt::format("attachment '{}' stays behind: the input is a pipe", facts.name));
       continue;
-    ISOREEL_ASSIGN(const std::unique_ptr<ByteSource> content,
-                   source.tracks.front()->openAttachment(attachment.name));
-    ISOREEL_TRY(writer.attach(attachment.name, attachment.media_type, *content));
+    }
+    ISOREEL_ASSIGN(auto content, input.openAttachment(facts.name));
+    list.push_back({facts, std::move(content)});
+  }
+  return list;
+}
+
+Status copyAttachments(const SourceFile& source, Writer& writer) {
+  std::vector<std::string> notes;
+  ISOREEL_ASSIGN(const auto attachments, openAttachments(source.tracks.front(), notes));
+  for (const std::string& note : notes) complain("isoreel: warning: {}: {}\n", source.path, note);
+  for (const auto& [facts, content] : attachments) {
+    const std::vector<Attachment>& there = writer.info().attachments;
+    const bool taken =
+        std::any_of(there.begin(), there.end(), [&](const Attachment& a) { return a.name == facts.name; });
+    if (!taken) ISOREEL_TRY(writer.attach(facts.name, facts.media_type, *content));
   }
   return {};
 }
@@ -100,15 +117,15 @@ PacketCopier::Mark PacketCopier::markOf(const Packet& packet) {
 }
 
 // Whether what stands in front of the first shown packet is what the track ends with: its last GOP, as far.
-Result<bool> PacketCopier::continues(Reader& reader, const Cut& cut, const Track& track) const {
+Result<bool> PacketCopier::continues(PacketSource& packets, const Cut& cut, const Track& track) const {
   std::uint64_t shown = cut.shown;
-  while (shown < cut.end && reader.entryHeader(shown).hidden()) ++shown;
+  while (shown < cut.end && packets.entryHeader(shown).hidden()) ++shown;
   if (shown == cut.begin || shown - cut.begin != track.gop.size()) return false;
   for (std::uint64_t entry = cut.begin; entry < shown; ++entry) {
-    Packet packet{reader.entryHeader(entry), {}};
+    Packet packet{packets.entryHeader(entry), {}};
     const Mark& mark = track.gop[static_cast<std::size_t>(entry - cut.begin)];
     if (packet.header.surface_hash != mark.surface_hash) return false;
-    ISOREEL_ASSIGN(packet.data, reader.entryPacket(entry));
+    ISOREEL_ASSIGN(packet.data, packets.entryPacket(entry));
     if (markOf(packet) != mark) return false;
   }
   return true;
@@ -118,28 +135,32 @@ Status PacketCopier::copy(SourceFile& source, const std::vector<Cut>& cuts,
                           const std::vector<std::uint64_t>& tracks, const std::vector<TimeMap>& times,
                           const std::vector<Replacements>& instead) {
   struct Place {
-    std::uint64_t offset, entry;
+    double order;  // the byte it stands at in an .isr file, the second it is shown at in others
+    std::uint64_t entry;
     std::size_t track;
-    bool operator<(const Place& other) const { return offset < other.offset; }
+    bool operator<(const Place& other) const { return order < other.order; }
   };
   std::vector<Place> places;
   for (std::size_t t = 0; t < cuts.size(); ++t) {
-    Reader& reader = *source.tracks[t];
+    const Input& input = source.tracks[t];
+    PacketSource& packets = *input.packets;
     Cut cut = cuts[t];
     if (tracks[t] < tracks_.size()) {
       ISOREEL_ASSIGN(const bool goes_on,
-                     continues(reader, cut, tracks_[static_cast<std::size_t>(tracks[t])]));
-      while (goes_on && (cut.begin < cut.shown || reader.entryHeader(cut.begin).hidden())) ++cut.begin;
+                     continues(packets, cut, tracks_[static_cast<std::size_t>(tracks[t])]));
+      while (goes_on && (cut.begin < cut.shown || packets.entryHeader(cut.begin).hidden())) ++cut.begin;
     }
-    reader.willRead(cut.begin, cut.end);
+    packets.willRead(cut.begin, cut.end);
     for (std::uint64_t entry = cut.begin; entry < cut.end; ++entry)
-      places.push_back({reader.chunkOffset(entry), entry, t});
+      places.push_back({input.offsetOf ? static_cast<double>(input.offsetOf(entry))
+                                       : input.info.time_base.seconds(packets.entryHeader(entry).time),
+                        entry, t});
   }
-  std::sort(places.begin(), places.end());
+  std::stable_sort(places.begin(), places.end());
   for (const Place& place : places) {
     if (interrupted) return {ErrorCode::kIo, "interrupted"};
-    Reader& reader = *source.tracks[place.track];
-    Packet packet{reader.entryHeader(place.entry), {}};
+    PacketSource& packets = *source.tracks[place.track].packets;
+    Packet packet{packets.entryHeader(place.entry), {}};
     const Replacements* others = instead.empty() ? nullptr : &instead[place.track];
     const bool replaced = others != nullptr && others->contains(place.entry);
     if (replaced) packet = others->at(place.entry);
@@ -147,7 +168,7 @@ Status PacketCopier::copy(SourceFile& source, const std::vector<Cut>& cuts,
     const std::string where = fmt::format("{}: frame {}", source.path, packet.header.number);
     ISOREEL_TRY(times[place.track].apply(packet.header).at(where));
     if (!replaced) {
-      Result<Bytes> data = reader.entryPacket(place.entry);
+      Result<Bytes> data = packets.entryPacket(place.entry);
       if (!data) return named(data.status(), source.path);
       packet.data = *std::move(data);
     }

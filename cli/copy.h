@@ -2,8 +2,8 @@
 // Packets from files into another file, bit for bit: what trim and concat share.
 #pragma once
 
-#include <isoreel/container/reader.h>
 #include <isoreel/container/writer.h>
+#include <isoreel/lavf/carrier_writer.h>
 
 #include <map>
 #include <memory>
@@ -11,16 +11,19 @@
 #include <string>
 #include <vector>
 
+#include "input.h"
+
 namespace isoreel::cli {
 
 /// A file that packets are copied from; each of its tracks has a reader of its own.
 struct SourceFile {
   std::string path;
-  std::vector<std::unique_ptr<Reader>> tracks;  // in the file's order, or the one that was asked for
+  std::vector<Input> tracks;  // in the file's order, or the one that was asked for
 
-  const FileInfo& info() const { return tracks.front()->info(); }
+  const FileInfo& info() const { return tracks.front().info; }
 };
-/// `track`: its name or id; "" for all. Errors name the file. Damage is told on stderr.
+/// `track`: its name or id; "" for all, of which a pipe may have one. Errors name the file. Damage is told on
+/// stderr.
 Result<SourceFile> openSource(const std::string& path, const std::string& track = "");
 
 /// Entries of a track: those from `begin` on are copied, hidden up to `shown`.
@@ -30,18 +33,21 @@ struct Cut {
 /// Packets that take the place of others, by entry.
 using Replacements = std::map<std::uint64_t, Packet>;
 /// Everything, as it is.
-Cut wholeTrack(const Reader& reader);
+Cut wholeTrack(const PacketSource& packets);
 /// The frames [begin, end) of the track, with what they need in front of them. begin <= end <= frameCount().
-Result<Cut> cutOf(const Reader& reader, std::uint64_t begin, std::uint64_t end);
+Result<Cut> cutOf(const PacketSource& packets, std::uint64_t begin, std::uint64_t end);
 
 /// The configuration record of the first packet of a cut; that of the track where nothing is cut out.
-Result<Bytes> configurationOf(Reader& reader, const Cut& cut);
+Result<Bytes> configurationOf(const Input& input, const Cut& cut);
 
 /// With parity of so many percent, or none for 0.
 WriterOptions writerOptions(unsigned parity);
 
+/// Those of the file; a pipe has passed them, and `notes` gets a line for each then.
+Result<std::vector<lavf::CarrierAttachment>> openAttachments(const Input& input,
+                                                             std::vector<std::string>& notes);
 /// Those of which the writer has none of that name.
-Status copyAttachments(SourceFile& source, Writer& writer);
+Status copyAttachments(const SourceFile& source, Writer& writer);
 
 /// From ticks of one time base to those of another that is a whole number of times finer, and elsewhere.
 struct TimeMap {
@@ -87,7 +93,7 @@ class PacketCopier {
     std::uint64_t frames = 0;
     std::vector<Mark> gop;  // from the last key on
   };
-  Result<bool> continues(Reader& reader, const Cut& cut, const Track& track) const;
+  Result<bool> continues(PacketSource& packets, const Cut& cut, const Track& track) const;
 
   Writer& writer_;
   Counts counts_;

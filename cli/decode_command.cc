@@ -43,15 +43,23 @@ class ChosenFrames {
     ChosenFrames result;
     ISOREEL_ASSIGN(std::unique_ptr<ByteSource> source,
                    options.follow ? followFile(options.input, [] { return interrupted.load(); })
-                                  : openFile(options.input));
-    if (source->seekable()) {
-      ISOREEL_ASSIGN(result.reader_, Reader::open(std::move(source), options.track));
-      warnOfDamage(result.reader_->info(), options.input);
-      result.range_ =
-          parseFrames(options.frames, timelineOf(*result.reader_, result.reader_->info().time_base));
+                                  : openBytes(options.input));
+    lavf::Sniffed bytes;
+    if (options.follow) {
+      bytes.source = std::move(source);
+    } else {
+      ISOREEL_ASSIGN(bytes, lavf::sniff(std::move(source)));
+    }
+    ISOREEL_ASSIGN(ForwardInput forward, openForward(std::move(bytes), options.track));
+    result.reader_ = std::move(forward.input.packets);
+    result.stream_ = std::move(forward.stream);
+    if (result.reader_) {
+      result.info_ = std::move(forward.input.info);
+      warnOfDamage(result.info_, options.input);
+      result.range_ = parseFrames(options.frames, timelineOf(*result.reader_, result.info_.time_base));
       result.total_ = result.range_.size();
       if (result.range_.size() > 0) {
-        const Reader& reader = *result.reader_;
+        const PacketSource& reader = *result.reader_;
         const std::uint64_t first = reader.entryOf(result.range_.begin);
         const Result<std::uint64_t> key = keyEntry(reader, result.range_.begin);
         result.next_ = key.ok() ? *key : first;  // the decoder says what is missing
@@ -60,7 +68,6 @@ class ChosenFrames {
         result.first_number_ = reader.header(result.range_.begin).number;
       }
     } else {
-      ISOREEL_ASSIGN(result.stream_, StreamReader::open(std::move(source), options.track));
       result.range_ = parseFrames(options.frames, {.count = kUnknownEnd, .base = {}, .time = {}});
       result.first_number_ = result.range_.begin;
       if (result.range_.end != kUnknownEnd) result.total_ = result.range_.size();
@@ -68,7 +75,7 @@ class ChosenFrames {
     return result;
   }
   std::optional<std::uint64_t> total() const { return total_; }
-  TimeBase timeBase() const { return (reader_ ? reader_->info() : stream_->info()).time_base; }
+  TimeBase timeBase() const { return (reader_ ? info_ : stream_->info()).time_base; }
   /// Fails when a mesh that is known to come must not be written. Of a pipe, none is known.
   Status mayWriteAll(const std::string& output, bool force) const {
     for (std::uint64_t i = range_.begin; reader_ && i < range_.end; ++i)
@@ -105,7 +112,8 @@ class ChosenFrames {
  private:
   static constexpr std::uint64_t kUnknownEnd = std::numeric_limits<std::uint64_t>::max();  // of a pipe
 
-  std::unique_ptr<Reader> reader_;
+  std::unique_ptr<PacketSource> reader_;
+  FileInfo info_;  // of what `reader_` reads
   std::unique_ptr<StreamReader> stream_;
   FrameRange range_;
   std::uint64_t next_ = 0, end_ = 0;  // of a file, entries; of a pipe, frames that came
@@ -245,7 +253,7 @@ Status decode(const DecodeCommandOptions& options) {
 void addDecodeCommand(CLI::App& app, Action& chosen) {
   CLI::App* verb = app.add_subcommand("decode", "Write the surfaces of an .isr file as meshes");
   const auto options = std::make_shared<DecodeCommandOptions>();
-  verb->add_option("input", options->input, "The .isr (or .isr.part) file; - for standard input")->required();
+  verb->add_option("input", options->input, kInputHelp)->required();
   verb->add_option(
       "-o,--output", options->output,
       fmt::format("Mesh file, by its extension ({}); %05d counts frames: out/%05d.ply. A series of "

@@ -86,7 +86,8 @@ Json fileJson(const Input& input) {
   }
   return {{"version", input.info.version},
           {"minor", input.info.minor},
-          {"uuid", uuidText(input.info.uuid)},
+          {"carrier", input.carrier ? lavf::carrierName(*input.carrier) : "isr"},
+          {"uuid", input.carrier ? Json(nullptr) : Json(uuidText(input.info.uuid))},
           {"indexed", input.info.indexed},
           {"bytes", input.info.bytes == 0 ? Json(nullptr) : Json(input.info.bytes)},
           {"frames", packets.frameCount()},
@@ -116,7 +117,9 @@ void printFile(const std::string& path, const Json& file, const Input& input) {
              file["profile"].get<std::string>(),
              pipe ? "from a pipe"
                   : file["bytes"].dump() + " bytes" +
-                        (input.info.indexed ? "" : " (no seek index: unfinished, or cut)"));
+                        (input.carrier        ? fmt::format(" of {}", lavf::carrierName(*input.carrier))
+                         : input.info.indexed ? ""
+                                              : " (no seek index: unfinished, or cut)"));
   fmt::print("  frames   {} in {:.6g} s (time base {}/{})\n", file["frames"].dump(),
              file["seconds"].get<double>(), input.info.time_base.numerator, input.info.time_base.denominator);
   fmt::print("  grid     {} x {} x {} nodes, spacing {:.6g} {:.6g} {:.6g}, octree levels 0 to {}\n",
@@ -124,7 +127,7 @@ void printFile(const std::string& path, const Json& file, const Input& input) {
              octreeDepth(grid));
   fmt::print("  surface  inside is {} the isovalue, step {:.6g} cells, {} vertices in all\n",
              file["inside"].get<std::string>(), file["step"].get<double>(), file["vertices"].dump());
-  fmt::print("  uuid     {}\n", file["uuid"].get<std::string>());
+  if (!input.carrier) fmt::print("  uuid     {}\n", file["uuid"].get<std::string>());
   for (const std::string& line : input.info.damage) fmt::print("  damage   {}\n", line);
   if (file["tracks"].size() > 1) {
     for (const Json& track : file["tracks"])
@@ -213,7 +216,7 @@ Status info(const InfoOptions& options) {
 void addInfoCommand(CLI::App& app, Action& chosen) {
   CLI::App* verb = app.add_subcommand("info", "What an .isr file holds; only --packets decodes");
   const auto options = std::make_shared<InfoOptions>();
-  verb->add_option("input", options->input, "The .isr (or .isr.part) file; - for standard input")->required();
+  verb->add_option("input", options->input, kInputHelp)->required();
   verb->add_flag("--frames", options->frames,
                  "The facts of every frame: time, counts, area, volume, components, error");
   verb->add_flag("--packets", options->packets,

@@ -3,7 +3,10 @@
 
 #include <fmt/format.h>
 #include <isoreel/codec/packet_header.h>
+#include <isoreel/lavf/carrier_reader.h>
+#include <isoreel/lavf/url.h>
 
+#include "interrupt.h"
 #include "output.h"
 
 namespace isoreel::cli {
@@ -30,41 +33,24 @@ class PacketsInMemory final : public PacketSource {
   std::vector<std::uint64_t> shown_;
 };
 
-Result<Input> openUnnamed(const std::string& path, const std::string& track) {
-  ISOREEL_ASSIGN(std::unique_ptr<ByteSource> source, openFile(path));
-  Input input;
-  if (source->seekable()) {
-    ISOREEL_ASSIGN(std::unique_ptr<Reader> reader, Reader::open(std::move(source), track));
-    input.info = reader->info();
-    input.packets = std::move(reader);
-  } else {
-    ISOREEL_ASSIGN(const std::unique_ptr<StreamReader> stream, StreamReader::open(std::move(source), track));
-    std::vector<Packet> packets;
-    std::vector<std::string> damage;
-    for (;;) {
-      Result<std::optional<Packet>> packet = stream->next();
-      if (!packet) {  // cut: as from a file, the whole frames are there and the loss is told
-        if (packet.error().code != ErrorCode::kTruncated) return packet.status();
-        damage.emplace_back(packet.error().message);
-        break;
-      }
-      if (!*packet) break;
-      packets.push_back(**std::move(packet));
+/// The rest of a stream, kept.
+Status keepAll(StreamReader& stream, Input& input) {
+  std::vector<Packet> packets;
+  std::vector<std::string> damage;
+  for (;;) {
+    Result<std::optional<Packet>> packet = stream.next();
+    if (!packet) {  // cut: as from a file, the whole frames are there and the loss is told
+      if (packet.error().code != ErrorCode::kTruncated) return packet.status();
+      damage.emplace_back(packet.error().message);
+      break;
     }
-    input.info = stream->info();
-    input.info.damage.insert(input.info.damage.end(), damage.begin(), damage.end());
-    input.packets = std::make_unique<PacketsInMemory>(std::move(packets));
+    if (!*packet) break;
+    packets.push_back(**std::move(packet));
   }
-  Bytes record = input.info.configuration;
-  if (record.empty() &&
-      input.packets->frameCount() > 0) {  // the track record is lost: every I packet repeats it
-    ISOREEL_ASSIGN(const Bytes packet, input.packets->packet(0));
-    ISOREEL_ASSIGN(const PacketHeader header, readPacketHeader(packet));
-    record = header.configuration;
-  }
-  ISOREEL_ASSIGN(input.configuration, readConfiguration(record));
-  if (input.info.configuration.empty()) input.info.time_base = input.configuration.time_base;
-  return input;
+  input.info = stream.info();
+  input.info.damage.insert(input.info.damage.end(), damage.begin(), damage.end());
+  input.packets = std::make_unique<PacketsInMemory>(std::move(packets));
+  return {};
 }
 
 }  // namespace
@@ -75,8 +61,75 @@ void addTrackOption(CLI::App& verb, std::string& track) {
       ->default_str("");
 }
 
+Result<std::unique_ptr<ByteSource>> openBytes(const std::string& path) {
+  if (!lavf::isUrl(path)) return openFile(path);
+  return lavf::openUrl(path, [] { return interrupted.load(); });
+}
+
+Result<ForwardInput> openForward(lavf::Sniffed bytes, const std::string& track) {
+  ForwardInput result;
+  Input& input = result.input;
+  if (bytes.carrier) {
+    ISOREEL_ASSIGN(auto reader, lavf::CarrierReader::open(std::move(bytes.source), track));
+    input.info = reader->info();
+    input.carrier = reader->carrier();
+    input.openAttachment = [from = reader.get()](const std::string& name) {
+      return from->openAttachment(name);
+    };
+    input.packets = std::move(reader);
+  } else if (bytes.source->seekable()) {
+    ISOREEL_ASSIGN(std::unique_ptr<Reader> reader, Reader::open(std::move(bytes.source), track));
+    input.info = reader->info();
+    input.openAttachment = [from = reader.get()](const std::string& name) {
+      return from->openAttachment(name);
+    };
+    input.offsetOf = [from = reader.get()](std::uint64_t entry) { return from->chunkOffset(entry); };
+    input.packets = std::move(reader);
+  } else {
+    ISOREEL_ASSIGN(result.stream, StreamReader::open(std::move(bytes.source), track));
+  }
+  return result;
+}
+
+Result<Input> openInput(lavf::Sniffed bytes, const std::string& track) {
+  ISOREEL_ASSIGN(ForwardInput forward, openForward(std::move(bytes), track));
+  Input& input = forward.input;
+  if (forward.stream) ISOREEL_TRY(keepAll(*forward.stream, input));
+  Bytes record = input.info.configuration;
+  if (record.empty() &&
+      input.packets->frameCount() > 0) {  // the track record is lost: every I packet repeats it
+    ISOREEL_ASSIGN(const Bytes packet, input.packets->packet(0));
+    ISOREEL_ASSIGN(const PacketHeader header, readPacketHeader(packet));
+    record = header.configuration;
+  }
+  ISOREEL_ASSIGN(input.configuration, readConfiguration(record));
+  if (input.info.configuration.empty()) input.info.time_base = input.configuration.time_base;
+  return std::move(input);
+}
+
+Result<lavf::Sniffed> openSniffed(const std::string& path) {
+  ISOREEL_ASSIGN(auto source, openBytes(path));
+  return lavf::sniff(std::move(source));
+}
+
 Result<Input> openInput(const std::string& path, const std::string& track) {
-  Result<Input> input = openUnnamed(path, track);
+  const auto open = [&]() -> Result<Input> {
+    ISOREEL_ASSIGN(lavf::Sniffed bytes, openSniffed(path));
+    return openInput(std::move(bytes), track);
+  };
+  Result<Input> input = open();
+  if (!input) return named(input.status(), path);
+  return input;
+}
+
+Result<Input> openFacts(const std::string& path) {
+  const auto open = [&]() -> Result<Input> {
+    ISOREEL_ASSIGN(lavf::Sniffed bytes, openSniffed(path));
+    ISOREEL_ASSIGN(ForwardInput forward, openForward(std::move(bytes), ""));
+    if (!forward.stream) return std::move(forward.input);
+    return {ErrorCode::kInvalidArgument, "cannot be had from a pipe: these bytes must be read twice"};
+  };
+  Result<Input> input = open();
   if (!input) return named(input.status(), path);
   return input;
 }

@@ -61,6 +61,7 @@ int run(std::vector<std::string> arguments) {
   addInfoCommand(app, chosen);
   addVerifyCommand(app, chosen);
   addCompareCommand(app, chosen);
+  addRemuxCommand(app, chosen);
   addRenderCommand(app, chosen);
   addTrimCommand(app, chosen);
   addConcatCommand(app, chosen);

@@ -19,6 +19,8 @@ Result<Encoder> encoderLike(ByteSpan key, std::uint64_t frames) {
   EncoderSettings settings;
   ISOREEL_ASSIGN(settings.configuration, readConfiguration(header.configuration));
   settings.configuration.step = header.step;
+  settings.heights.neighbours = (settings.configuration.tools & kToolNeighbours) != 0;
+  settings.heights.mixed_signs = (settings.configuration.tools & kToolMixedSigns) != 0;
   settings.frame_types =
       (settings.configuration.tools & kToolPrediction) != 0 ? FrameTypes::kAuto : FrameTypes::kIntra;
   settings.gop = static_cast<std::uint32_t>(std::clamp<std::uint64_t>(frames, 2, 1 << 20));
@@ -46,20 +48,20 @@ struct Deviation {
 
 }  // namespace
 
-Result<Recoded> recode(Reader& reader, const Cut& cut) {
+Result<Recoded> recode(PacketSource& packets, const Cut& cut) {
   Recoded result;
   if (cut.begin == cut.shown) return result;
   std::uint64_t end = cut.begin + 1;
-  while (end < cut.end && reader.entryHeader(end).back != 0) ++end;
+  while (end < cut.end && packets.entryHeader(end).back != 0) ++end;
   std::optional<Encoder> encoder;
   Decoder decoder, check;
   Deviation deviation;
-  reader.willRead(cut.begin, end);
+  packets.willRead(cut.begin, end);
   for (std::uint64_t entry = cut.begin; entry < end; ++entry) {
     if (interrupted) return {ErrorCode::kIo, "interrupted"};
-    const FrameHeader& header = reader.entryHeader(entry);
+    const FrameHeader& header = packets.entryHeader(entry);
     const std::string place = fmt::format("frame {}", header.number);
-    ISOREEL_ASSIGN(const Bytes data, reader.entryPacket(entry));
+    ISOREEL_ASSIGN(const Bytes data, packets.entryPacket(entry));
     ISOREEL_ASSIGN(const Surface surface, decoder.decode(data).at(place));
     if (!encoder) {
       ISOREEL_ASSIGN(encoder, encoderLike(data, end - cut.shown));

@@ -14,6 +14,6 @@ struct Recoded {
 /// The shown frames of a cut's first GOP, coded again from their decoded surfaces so that they need nothing
 /// in front of them: the same faces and connections, vertices rounded to the GOP's step once more. Nothing
 /// when the cut begins with a shown frame. Takes memory for the packets. Errors name the frame.
-Result<Recoded> recode(Reader& reader, const Cut& cut);
+Result<Recoded> recode(PacketSource& packets, const Cut& cut);
 
 }  // namespace isoreel::cli

@@ -79,7 +79,7 @@ inspect::RenderSettings settingsOf(const RenderOptions& options, Product product
 }
 
 void addOptions(CLI::App& verb, RenderOptions& options) {
-  verb.add_option("input", options.input, "The .isr file; - for standard input")->required();
+  verb.add_option("input", options.input, kInputHelp)->required();
   addTrackOption(verb, options.track);
   verb.add_option(
           "-o,--output", options.output,

@@ -43,11 +43,11 @@ std::int64_t upInto(TimeBase to, std::int64_t ticks, TimeBase from) {
 }
 
 /// The frames of a track that begin in the span.
-FrameRange framesIn(const Reader& reader, const Span& span, TimeBase base) {
+FrameRange framesIn(const Input& input, const Span& span, TimeBase base) {
   const auto first = [&](std::int64_t time) {
-    const std::int64_t ticks = upInto(reader.info().time_base, time, base);
+    const std::int64_t ticks = upInto(input.info.time_base, time, base);
     const auto before =
-        ticks == std::numeric_limits<std::int64_t>::min() ? std::nullopt : frameAt(reader, ticks - 1);
+        ticks == std::numeric_limits<std::int64_t>::min() ? std::nullopt : frameAt(*input.packets, ticks - 1);
     return before ? *before + 1 : 0;
   };
   return {first(span.begin), first(span.end)};
@@ -85,8 +85,8 @@ Status trim(const TrimOptions& options) {
   if (options.from.empty() && options.to.empty()) throw CLI::ValidationError("--from", "or --to is required");
   ISOREEL_TRY(mayWrite(options.output, options.force));
   ISOREEL_ASSIGN(SourceFile source, openSource(options.input, options.track));
-  const Reader& first = *source.tracks.front();
-  const TimeBase base = first.info().time_base;
+  const PacketSource& first = *source.tracks.front().packets;
+  const TimeBase base = source.info().time_base;
   const FrameRange range = parseFromTo(options.from, options.to, timelineOf(first, base));
   Span span{first.header(range.begin).time, 0};
   if (range.end < first.frameCount()) {
@@ -102,15 +102,15 @@ Status trim(const TrimOptions& options) {
   std::vector<TrackSettings> settings;
   std::vector<Replacements> recoded;
   double moved = 0;  // at most, by coding again
-  for (const std::unique_ptr<Reader>& reader : source.tracks) {
-    const FrameRange frames = cuts.empty() ? range : framesIn(*reader, span, base);
-    Result<Cut> cut = cutOf(*reader, frames.begin, frames.end);
+  for (const Input& input : source.tracks) {
+    const FrameRange frames = cuts.empty() ? range : framesIn(input, span, base);
+    Result<Cut> cut = cutOf(*input.packets, frames.begin, frames.end);
     if (!cut) return named(cut.status(), options.input);
-    Result<Bytes> configuration = configurationOf(*reader, *cut);
+    Result<Bytes> configuration = configurationOf(input, *cut);
     if (!configuration) return named(configuration.status(), options.input);
-    const TimeBase own = reader->info().time_base;
+    const TimeBase own = input.info.time_base;
     if (options.recode) {
-      Result<Recoded> again = recode(*reader, *cut);
+      Result<Recoded> again = recode(*input.packets, *cut);
       if (!again) return named(again.status(), options.input);
       moved = std::max(moved, again->max);
       recoded.push_back(std::move(again->packets));
@@ -119,7 +119,7 @@ Status trim(const TrimOptions& options) {
     tracks.push_back(cuts.size());
     cuts.push_back(*cut);
     times.push_back({1, options.shift ? -std::max(upInto(own, span.begin, base), -kLatest) : 0});
-    settings.push_back({own, reader->info().track_name, *std::move(configuration)});
+    settings.push_back({own, input.info.track_name, *std::move(configuration)});
   }
   ISOREEL_ASSIGN(const std::unique_ptr<Writer> writer,
                  Writer::create(options.output, {.time_base = base,
@@ -170,7 +170,7 @@ void addTrimCommand(CLI::App& app, Action& chosen) {
       "trim",
       "Copy a range of frames, packets bit for bit; what a cut inside a GOP needs is kept, and not shown");
   const auto options = std::make_shared<TrimOptions>();
-  verb->add_option("input", options->input, "The .isr (or .isr.part) file")->required();
+  verb->add_option("input", options->input, kInputHelp)->required();
   verb->add_option("-o,--output", options->output, "The .isr file to write")->required();
   verb->add_option("--from", options->from,
                    "First frame, counted from 0; or a time with its unit (2.5s, 40ms): frames that begin "

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <regex>
 
 #include "command.h"
 #include "gop.h"
@@ -42,66 +43,103 @@ Status checkFrame(Decoder& decoder, const Packet& packet, const Configuration& t
   return checkClosed(surface);
 }
 
+/// Frames that are well, but depend on some that are not.
+struct LostFrames {
+  std::string track;
+  std::vector<std::uint64_t> frames;
+};
+
 struct Findings {
   std::string file;
+  std::string track = {};      // name or number of the one looked at; "" where the file has only that
   std::uint64_t frames = 0;    // shown ones
   std::uint64_t in_track = 0;  // packets of the track that came before the damage
-  std::vector<std::string> problems;
-  std::vector<std::uint64_t> lost;  // frames that are well, but depend on some that are not
+  std::vector<std::string> problems = {};
+  std::vector<LostFrames> lost = {};  // by track, for those that have such
 
+  std::string trackText(const std::string& name) const {
+    return name.empty() ? "" : fmt::format(" of track '{}'", name);
+  }
   /// What was found of a frame that was decoded after those before it. A P frame whose reference is missing
   /// is lost; its reference is among the problems.
   void addFrame(const FrameHeader& header, const Status& status) {
     if (header.hidden() && !status.ok() && status.error().code == ErrorCode::kNotFound) return;
     if (!status.ok() && header.type == PacketType::kPredicted &&
         status.error().code == ErrorCode::kNotFound) {
-      lost.push_back(header.number);
+      if (lost.empty() || lost.back().track != track) lost.push_back({track, {}});
+      lost.back().frames.push_back(header.number);
     } else {
-      add(status.at(fmt::format("frame {}", header.number)));
+      add(status.at(fmt::format("frame {}{}", header.number, trackText(track))));
     }
   }
   /// "frames 6 to 7 cannot be decoded without it", a line for each run.
   std::vector<std::string> losses() const {
     std::vector<std::string> lines;
-    for (std::size_t i = 0; i < lost.size();) {
-      std::size_t end = i + 1;
-      while (end < lost.size() && lost[end] == lost[end - 1] + 1) ++end;
-      lines.push_back(end - i == 1 ? fmt::format("{}: frame {} cannot be decoded without it", file, lost[i])
-                                   : fmt::format("{}: frames {} to {} cannot be decoded without it", file,
-                                                 lost[i], lost[end - 1]));
-      i = end;
+    for (const auto& [name, numbers] : lost) {
+      for (std::size_t i = 0; i < numbers.size();) {
+        std::size_t end = i + 1;
+        while (end < numbers.size() && numbers[end] == numbers[end - 1] + 1) ++end;
+        const std::string run = end - i == 1 ? fmt::format("frame {}", numbers[i])
+                                             : fmt::format("frames {} to {}", numbers[i], numbers[end - 1]);
+        lines.push_back(fmt::format("{}: {}{} cannot be decoded without it", file, run, trackText(name)));
+        i = end;
+      }
     }
     return lines;
   }
+  nlohmann::ordered_json lostJson() const {
+    auto list = nlohmann::ordered_json::array();
+    for (const auto& [name, numbers] : lost) list.push_back({{"track", name}, {"frames", numbers}});
+    return list;
+  }
+  std::vector<std::uint64_t> allLost() const {
+    std::vector<std::uint64_t> all;
+    for (const LostFrames& each : lost) all.insert(all.end(), each.frames.begin(), each.frames.end());
+    return all;
+  }
 
-  /// Once each, with the file's name. Fine is no problem.
+  /// Once each, with the file's name. Fine is no problem. Of one chunk, the line that names its frame stays.
   void add(const Status& status) {
+    if (status.ok()) return;
     const std::string problem(named(status, file).message());
-    if (!status.ok() && std::find(problems.begin(), problems.end(), problem) == problems.end())
+    const std::string chunk = chunkOf(problem);
+    const auto same = std::find_if(problems.begin(), problems.end(), [&](const std::string& p) {
+      return p == problem || (!chunk.empty() && chunkOf(p) == chunk);
+    });
+    if (same == problems.end()) {
       problems.push_back(problem);
+    } else if (!isFrame(*same) && isFrame(problem)) {
+      *same = problem;
+    }
+  }
+
+ private:
+  std::string_view behindName(const std::string& problem) const {
+    const std::string_view text(problem);
+    return text.substr(std::min(text.size(), text.find(file + ": ") == 0 ? file.size() + 2 : 0));
+  }
+  bool isFrame(const std::string& problem) const { return behindName(problem).starts_with("frame "); }
+  /// "4781" of "byte 4781 (after frame 2): …" and "frame 3 at byte 4781: …", which tell of a chunk.
+  std::string chunkOf(const std::string& problem) const {
+    static const std::regex kChunk("^(frame [0-9]+ at )?byte ([0-9]+)");
+    std::match_results<std::string_view::const_iterator> found;
+    const std::string_view text = behindName(problem);
+    return std::regex_search(text.begin(), text.end(), found, kChunk) ? found[2].str() : "";
   }
 };
 
-/// Reads the file as a pipe would be read: every byte of every chunk is looked at.
-Status verifyChunks(const VerifyOptions& options, Findings& findings, std::vector<FrameHeader>& headers,
-                    FileInfo& info) {
-  ISOREEL_ASSIGN(std::unique_ptr<ByteSource> source, openFile(options.input));
-  ISOREEL_ASSIGN(const std::unique_ptr<StreamReader> stream,
-                 StreamReader::open(std::move(source), options.track));
-  ISOREEL_ASSIGN(const Configuration configuration, readConfiguration(stream->info().configuration));
+/// Checks packets in order, a GOP a thread. `next` as of GopSource.
+Status verifyPackets(const VerifyOptions& options, const Configuration& configuration,
+                     const std::function<Result<bool>(Packet&)>& next, Findings& findings,
+                     std::vector<FrameHeader>& headers) {
   const ThreadLimit limit(options.jobs);
   Progress progress("verify", std::nullopt);
   struct Item {
     Gop gop;
     std::vector<Status> statuses;
   };
-  GopSource gops([&](Packet& packet) -> Result<bool> {
-    ISOREEL_ASSIGN(std::optional<Packet> read, stream->next());
-    if (!read) return false;
-    packet = *std::move(read);
-    return true;
-  });
-  const Status status = forEachFrame<Item>(
+  GopSource gops(next);
+  return forEachFrame<Item>(
       options.jobs, [&](Item& item) { return gops.next(item.gop); },
       [&](Item& item) -> Status {
         Decoder decoder;
@@ -120,27 +158,46 @@ Status verifyChunks(const VerifyOptions& options, Findings& findings, std::vecto
         }
         return {};
       });
+}
+
+/// Reads the file as a pipe would be read: every byte of every chunk is looked at.
+Status verifyChunks(const VerifyOptions& options, std::unique_ptr<ByteSource> source, Findings& findings,
+                    std::vector<FrameHeader>& headers, FileInfo& info) {
+  ISOREEL_ASSIGN(const std::unique_ptr<StreamReader> stream,
+                 StreamReader::open(std::move(source), options.track));
+  ISOREEL_ASSIGN(const Configuration configuration, readConfiguration(stream->info().configuration));
+  const auto next = [&](Packet& packet) -> Result<bool> {
+    ISOREEL_ASSIGN(std::optional<Packet> read, stream->next());
+    if (!read) return false;
+    packet = *std::move(read);
+    return true;
+  };
+  const Status status = verifyPackets(options, configuration, next, findings, headers);
   info = stream->info();
   return status;
 }
 
-/// What else is damaged, frame or not, and was not named yet.
+/// A file of another container has no checksums but those of the packets.
+Status verifyCarried(const VerifyOptions& options, lavf::Sniffed bytes, Findings& findings) {
+  ISOREEL_ASSIGN(const Input input, openInput(std::move(bytes), options.track));
+  for (const std::string& line : input.info.damage) findings.add({ErrorCode::kBadData, line});
+  std::vector<FrameHeader> headers;
+  const auto next = [&, entry = std::uint64_t{0}](Packet& packet) mutable -> Result<bool> {
+    if (entry == input.packets->entryCount()) return false;
+    packet.header = input.packets->entryHeader(entry);
+    ISOREEL_ASSIGN(packet.data, input.packets->entryPacket(entry++));
+    return true;
+  };
+  return verifyPackets(options, input.configuration, next, findings, headers);
+}
+
+/// What else is damaged, frame or not.
 void scanRest(const VerifyOptions& options, Findings& findings) {
-  const auto source = openFile(options.input);
+  const auto source = openBytes(options.input);
   if (!source.ok() || !(*source)->seekable()) return;
   const Result<FileInfo> info = scanFile(**source);
   if (!info.ok()) return;
-  for (const std::string& line : info->damage) {
-    const std::string place = line.substr(0, line.find(','));  // "byte 123"
-    const auto names = [&](const std::string& problem) {
-      const std::size_t at = problem.find(place);
-      return at != std::string::npos &&
-             (at + place.size() == problem.size() ||
-              std::isdigit(static_cast<unsigned char>(problem[at + place.size()])) == 0);
-    };
-    if (std::none_of(findings.problems.begin(), findings.problems.end(), names))
-      findings.add({ErrorCode::kBadData, line});
-  }
+  for (const std::string& line : info->damage) findings.add({ErrorCode::kBadData, line});
 }
 
 /// After the first damage, where reading forward ends: what else is damaged, as far as it can be found.
@@ -163,7 +220,7 @@ void verifyRest(const VerifyOptions& options, Findings& findings) {
 /// The seek index must be there and say what the chunks say. `stream`: what was found forward.
 Status verifyIndex(const VerifyOptions& options, const std::vector<FrameHeader>& headers,
                    const FileInfo& stream) {
-  ISOREEL_ASSIGN(std::unique_ptr<ByteSource> source, openFile(options.input));
+  ISOREEL_ASSIGN(std::unique_ptr<ByteSource> source, openBytes(options.input));
   if (!source->seekable()) return {};
   ISOREEL_ASSIGN(const std::unique_ptr<Reader> reader, Reader::open(std::move(source), options.track));
   const FileInfo& info = reader->info();
@@ -199,47 +256,73 @@ Status verifyIndex(const VerifyOptions& options, const std::vector<FrameHeader>&
 
 /// Parity is of no use if it is not checked before it is needed.
 ParityReport verifyParity(const VerifyOptions& options) {
-  const auto source = openFile(options.input);
+  const auto source = openBytes(options.input);
   if (!source.ok() || !(*source)->seekable()) return {};
   Result<ParityReport> report = checkParity(**source);
   return report.ok() ? *std::move(report) : ParityReport();
 }
 
-/// The tracks to look at: the one asked for, or all.
-std::vector<std::string> tracksToVerify(const VerifyOptions& options) {
-  if (!options.track.empty()) return {options.track};
-  auto source = openFile(options.input);
-  if (!source.ok() || !(*source)->seekable()) return {""};
-  const auto reader = Reader::open(*std::move(source));
-  std::vector<std::string> tracks;
-  for (std::size_t i = 0; reader.ok() && i < (*reader)->info().tracks.size(); ++i)
-    tracks.push_back(i == 0 ? "" : std::to_string((*reader)->info().tracks[i].id));
-  return tracks.empty() ? std::vector<std::string>{""} : tracks;
+struct TrackToVerify {
+  std::string choice;  // as --track has it
+  std::string name;    // for people
+};
+/// The one asked for, or all. What is a pipe has one.
+std::vector<TrackToVerify> tracksToVerify(const VerifyOptions& options, bool pipe) {
+  if (!options.track.empty() || pipe) return {{options.track, options.track}};
+  const Result<Input> input = openInput(options.input);
+  if (!input.ok() || input->info.tracks.size() < 2) return {{"", ""}};
+  std::vector<TrackToVerify> tracks;
+  for (const TrackInfo& track : input->info.tracks) {
+    const std::string id = std::to_string(track.id);
+    tracks.push_back({tracks.empty() ? "" : id, track.name.empty() ? id : track.name});
+  }
+  return tracks;
+}
+
+/// One track. Whether the file is one of another container.
+bool verifyTrack(const VerifyOptions& options, Result<lavf::Sniffed> bytes, Findings& findings) {
+  if (!bytes.ok()) {
+    findings.add(bytes.status());
+    return false;
+  }
+  if (bytes->carrier) {
+    findings.add(verifyCarried(options, *std::move(bytes), findings));
+    return true;
+  }
+  std::vector<FrameHeader> headers;
+  FileInfo info;
+  findings.in_track = 0;
+  const Status status = verifyChunks(options, std::move(bytes->source), findings, headers, info);
+  if (status.ok()) {
+    findings.add(verifyIndex(options, headers, info));
+  } else {
+    findings.add(status);
+    if (!interrupted) verifyRest(options, findings);
+  }
+  return false;
 }
 
 Status verify(const VerifyOptions& all) {
-  Findings findings{all.input, 0, 0, {}, {}};
-  for (const std::string& track : tracksToVerify(all)) {
+  Findings findings{.file = all.input};
+  Result<lavf::Sniffed> bytes = openSniffed(all.input);
+  const bool pipe = !bytes.ok() || !bytes->source->seekable();
+  bool carried = false;
+  for (const TrackToVerify& track : tracksToVerify(all, pipe)) {
     VerifyOptions options = all;
-    options.track = track;
-    std::vector<FrameHeader> headers;
-    FileInfo info;
-    findings.in_track = 0;
-    if (const Status status = verifyChunks(options, findings, headers, info); !status.ok()) {
-      findings.add(status);
-      if (!interrupted) verifyRest(options, findings);
-    } else if (const Status index = verifyIndex(options, headers, info); !index.ok()) {
-      findings.add(index);
-    }
+    options.track = track.choice;
+    findings.track = track.name;
+    if (!pipe) bytes = openSniffed(all.input);
+    carried = verifyTrack(options, std::move(bytes), findings);
     if (interrupted) return {ErrorCode::kIo, "interrupted"};
   }
-  if (!findings.problems.empty()) scanRest(all, findings);
-  const ParityReport parity = verifyParity(all);
+  if (!findings.problems.empty() && !carried && !pipe) scanRest(all, findings);
+  const ParityReport parity = carried || pipe ? ParityReport() : verifyParity(all);
   if (all.json) {
     fmt::print("{}\n", nlohmann::ordered_json{{"ok", findings.problems.empty()},
                                               {"frames", findings.frames},
                                               {"problems", findings.problems},
-                                              {"lost", findings.lost},
+                                              {"lost", findings.allLost()},
+                                              {"lost_by_track", findings.lostJson()},
                                               {"parity",
                                                {{"bytes", parity.bytes},
                                                 {"damaged_blocks", parity.damaged},
@@ -267,11 +350,11 @@ void addVerifyCommand(CLI::App& app, Action& chosen) {
   CLI::App* verb = app.add_subcommand(
       "verify", "Check every checksum, decode every frame, compare hashes, check that surfaces are closed");
   const auto options = std::make_shared<VerifyOptions>();
-  verb->add_option("input", options->input, "The .isr file; - for standard input")->required();
+  verb->add_option("input", options->input, kInputHelp)->required();
   verb->add_option("--jobs", options->jobs, "Threads; 0: one a core")->check(CLI::Range(0, 256));
   verb->add_flag("--json", options->json,
                  "One JSON object: ok, frames, problems, lost (numbers of frames that others' damage takes "
-                 "away), parity");
+                 "away), lost_by_track, parity");
   addTrackOption(*verb, options->track);
   verb->callback([options, &chosen] { chosen = [options] { return verify(*options); }; });
 }

@@ -48,9 +48,11 @@ void SurfaceCache::put(std::uint64_t position, Surface surface) {
 }
 
 void SurfaceCache::put(std::uint64_t position, const Decoder& decoder) {
-  const std::uint64_t bytes = decoder.bytes();
-  if (decoders_.contains(position) || !makeRoom(bytes)) return;
-  decoders_.emplace(position, decoder);
+  if (decoders_.contains(position)) return;
+  Decoder copy = decoder;  // takes less than what was decoded with, and that is counted when it goes
+  const std::uint64_t bytes = copy.bytes();
+  if (!makeRoom(bytes)) return;
+  decoders_.emplace(position, std::move(copy));
   bytes_ += bytes;
 }
 

@@ -33,9 +33,9 @@ class CornerValues {
     values.fill(kUnknown);
     return CornerValues(values);
   }
-  /// From nodes in memory, with the distances of rows and planes given: the low halves less 32768.
+  /// From nodes in memory, rows and planes apart by what is given.
   template <int Row, int Plane>
-  static CornerValues load(const std::int32_t* at);
+  static CornerValues load(const std::int16_t* at);
   explicit CornerValues(const Array& values);
 
   Array values() const;
@@ -111,14 +111,14 @@ inline bool CornerValues::allKnown() const {
   return _mm_movemask_epi8(_mm_cmpeq_epi16(v_, _mm_set1_epi16(kUnknown))) == 0;
 }
 template <int Row, int Plane>
-CornerValues CornerValues::load(const std::int32_t* at) {
-  const auto two_rows = [](const std::int32_t* from) {
-    const __m128i rows = _mm_unpacklo_epi64(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(from)),
-                                            _mm_loadl_epi64(reinterpret_cast<const __m128i*>(from + Row)));
-    return _mm_srai_epi32(_mm_slli_epi32(rows, 16), 16);
+CornerValues CornerValues::load(const std::int16_t* at) {
+  const auto two = [](const std::int16_t* from) {
+    std::int32_t both;
+    std::memcpy(&both, from, sizeof both);
+    return _mm_cvtsi32_si128(both);
   };
-  return CornerValues(
-      _mm_xor_si128(_mm_packs_epi32(two_rows(at), two_rows(at + Plane)), _mm_set1_epi16(kUnknown)));
+  return CornerValues(_mm_unpacklo_epi64(_mm_unpacklo_epi32(two(at), two(at + Row)),
+                                         _mm_unpacklo_epi32(two(at + Plane), two(at + Plane + Row))));
 }
 
 inline std::int32_t CornerValues::at(const std::array<std::int32_t, 3>& place) const {
@@ -150,10 +150,9 @@ inline CornerValues::CornerValues(const Array& values) : v_(values) {}
 inline CornerValues::Array CornerValues::values() const { return v_; }
 inline bool CornerValues::allKnown() const { return std::find(v_.begin(), v_.end(), kUnknown) == v_.end(); }
 template <int Row, int Plane>
-CornerValues CornerValues::load(const std::int32_t* at) {
-  const auto value = [&](int offset) { return static_cast<std::int16_t>((at[offset] & 0xFFFF) - 32768); };
-  return CornerValues(Array{value(0), value(1), value(Row), value(Row + 1), value(Plane), value(Plane + 1),
-                            value(Plane + Row), value(Plane + Row + 1)});
+CornerValues CornerValues::load(const std::int16_t* at) {
+  return CornerValues(Array{at[0], at[1], at[Row], at[Row + 1], at[Plane], at[Plane + 1], at[Plane + Row],
+                            at[Plane + Row + 1]});
 }
 inline std::int32_t CornerValues::at(const std::array<std::int32_t, 3>& place) const {
   return definition::slopesAt(v_, place).value;

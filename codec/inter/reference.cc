@@ -30,7 +30,7 @@ std::array<std::int32_t, 3> unitNormal(const std::array<std::int32_t, 3>& sum, c
 
 }  // namespace
 
-void Reference::build(const Surface& surface, std::span<const Cell> cells) {
+void Reference::setPlanes(const Surface& surface, std::span<const Cell> cells) {
   planes_.resize(surface.vertices.size());
   for (std::size_t i = 0; i < planes_.size(); ++i) planes_[i] = {surface.vertices[i], {}};
   for (const Quad& quad : surface.quads) {
@@ -48,7 +48,7 @@ void Reference::build(const Surface& surface, std::span<const Cell> cells) {
   for (std::size_t i = 0; i < planes_.size(); ++i) {
     planes_[i].normal = unitNormal(planes_[i].normal, kLocalFrames[cells[i].corners]);
   }
-  field_.build(planes_);
+  field_.build({});
 }
 
 }  // namespace isoreel

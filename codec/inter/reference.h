@@ -15,7 +15,14 @@ namespace isoreel {
 class Reference {
  public:
   /// `cells`: those of the surface's vertices.
-  void build(const Surface& surface, std::span<const Cell> cells);
+  void build(const Surface& surface, std::span<const Cell> cells) {
+    setPlanes(surface, cells);
+    buildField();
+  }
+  /// The same in two steps, since nothing may ever be predicted from a surface: until buildField() the field
+  /// is empty.
+  void setPlanes(const Surface& surface, std::span<const Cell> cells);
+  void buildField() { field_.build(planes_); }
 
   const std::vector<ReferencePlane>& planes() const { return planes_; }
   const ReferenceField& field() const { return field_; }

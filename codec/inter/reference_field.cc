@@ -2,6 +2,7 @@
 #include "inter/reference_field.h"
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
 
 namespace isoreel {
@@ -11,81 +12,170 @@ using Row = std::int32_t __attribute__((vector_size(16)));
 // Of a node without a distance: further than all, and CornerValues::kUnknown.
 constexpr std::int32_t kNothing = 0x7FFF0000;
 
+void keepLeast(std::int32_t* at, Row made) {
+  Row old;
+  std::memcpy(&old, at, sizeof(Row));
+  old = made < old ? made : old;
+  std::memcpy(at, &old, sizeof(Row));
+}
+
+Row rowAt(const std::int32_t* at) {
+  Row row;
+  std::memcpy(&row, at, sizeof(Row));
+  return row;
+}
+
+// The bricks reached, by whether nodes below the brick's second and above its last are written, a bit for
+// each axis.
+constexpr auto kReaches = [] {
+  std::array<std::array<std::uint32_t, 8>, 8> table{};
+  for (std::uint32_t low = 0; low < 8; ++low) {
+    for (std::uint32_t high = 0; high < 8; ++high) {
+      for (std::uint32_t i = 0; i < 27; ++i) {
+        const std::array<std::uint32_t, 3> d{i % 3, i / 3 % 3, i / 9};
+        bool reached = true;
+        for (std::uint32_t k = 0; k < 3; ++k)
+          reached &= d[k] == 1 || ((d[k] == 0 ? low : high) >> k & 1) != 0;
+        table[low][high] |= std::uint32_t{reached} << i;
+      }
+    }
+  }
+  return table;
+}();
+
 }  // namespace
 
 void ReferenceField::build(std::span<const ReferencePlane> planes) {
   map_.clear();
-  bricks_.clear();
-  recent_ = {};
-  for (const ReferencePlane& plane : planes) add(plane);
+  places_.clear();
+  sources_.clear();
+  std::array<std::int32_t, 3> brick{-1, -1, -1};
+  std::uint32_t number = 0;
+  for (const ReferencePlane& plane : planes) add(plane, brick, number);
+  for (std::uint32_t i = 0; i < sources_.size(); ++i) {
+    const Place from = places_[i];
+    for (std::uint32_t left = sources_[i].reaches; left != 0; left &= left - 1) {
+      const auto d = static_cast<std::int32_t>(std::countr_zero(left));
+      const Place to{from.x + d % 3 - 1, from.y + d / 3 % 3 - 1, from.z + d / 9 - 1};
+      if (to.x < 0 || to.y < 0 || to.z < 0) continue;  // nothing is asked there
+      if (map_.findOrAdd(to.x, to.y, to.z) == places_.size()) places_.push_back(to);
+    }
+  }
+  bricks_.resize(places_.size());
+  for (std::uint32_t i = 0; i < bricks_.size(); ++i) gather(i);
 }
 
-// Nodes go in rows of four: those at -1, 0 and 1 from the vertex's own, and one that never wins.
-void ReferenceField::add(const ReferencePlane& plane) {
-  std::array<std::int32_t, 3> first{}, low{}, high{};
-  std::array<std::array<std::int32_t, 3>, 3> part{};  // what each coordinate adds to a node
+// Nodes go in rows of four: those at -1, 0 and 1 from the vertex's own, and one that never wins. A node's
+// number is that of the own node, and for each step along an axis what that adds: half the derivative of the
+// square twice, the normal, and the square of the step.
+void ReferenceField::add(const ReferencePlane& plane, std::array<std::int32_t, 3>& brick,
+                         std::uint32_t& number) {
+  std::array<std::int32_t, 3> own{}, inside{};  // the nearest node, in the grid and in its brick
+  std::array<std::int32_t, 3> step{};
+  constexpr std::int32_t kUnit = kCell >> 8, kStepSquare = kUnit * kUnit * 65536;
+  std::int32_t middle = 32768;
+  std::size_t low = 0, high = 0;
   for (std::size_t k = 0; k < 3; ++k) {
-    first[k] = ((plane.position[k] + kCell / 2) >> kPositionBits) - 1;
-    low[k] = std::max(0, (first[k] - 1) >> kSideLog2);  // a node on a brick's face is in both
-    high[k] = (first[k] + 2) >> kSideLog2;
-    std::int32_t d = first[k] * kCell - plane.position[k];
-    for (std::size_t i = 0; i < 3; ++i, d += kCell)
-      part[k][i] = (d >> 8) * (d >> 8) * 65536 + ((plane.normal[k] * d) >> kPositionBits);
+    own[k] = (plane.position[k] + kCell / 2) >> kPositionBits;
+    inside[k] = own[k] & (kSide - 1);
+    low |= std::size_t{inside[k] <= 1} << k;
+    high |= std::size_t{inside[k] == kSide - 1} << k;
+    const std::int32_t d = own[k] * kCell - plane.position[k];
+    middle += (d >> 8) * (d >> 8) * 65536 + ((plane.normal[k] * d) >> kPositionBits);
+    step[k] = 2 * kUnit * 65536 * (d >> 8) + plane.normal[k];
+    own[k] >>= kSideLog2;
   }
-  const Row never{0, 0, 0, kNothing};
-  const Row on_x = Row{part[0][0], part[0][1], part[0][2], 0} + 32768;
-  const std::array<Row, 3> on_xy{(on_x + part[1][0]) | never, (on_x + part[1][1]) | never,
-                                 (on_x + part[1][2]) | never};
-  const std::array<Row, 3> on_z{Row{part[2][0], part[2][0], part[2][0], 0},
-                                Row{part[2][1], part[2][1], part[2][1], 0},
-                                Row{part[2][2], part[2][2], part[2][2], 0}};
-  const auto put = [&](std::int32_t* at, std::size_t y, std::size_t z) {
-    const Row made = on_xy[y] + on_z[z];
-    Row old;
-    std::memcpy(&old, at, sizeof(Row));
-    old = made < old ? made : old;
-    std::memcpy(at, &old, sizeof(Row));
-  };
-  if (low == high && std::min({first[0], first[1], first[2]}) >= 0) {  // the usual case
-    std::int32_t* const at = brickAt(low[0], low[1], low[2]).data() + (first[2] - kSide * low[2]) * kPlane +
-                             (first[1] - kSide * low[1]) * kRow + (first[0] - kSide * low[0]) + kBefore;
-    for (std::size_t z = 0; z < 3; ++z) {
-      for (std::size_t y = 0; y < 3; ++y)
-        put(at + static_cast<std::int32_t>(z) * kPlane + static_cast<std::int32_t>(y) * kRow, y, z);
+  if (own != brick) {
+    brick = own;
+    number = map_.findOrAdd(own[0], own[1], own[2]);
+    if (number == sources_.size()) {
+      places_.push_back({own[0], own[1], own[2]});
+      sources_.emplace_back().nodes.fill(kNothing);
+      sources_.back().reaches = 0;
     }
-    return;
   }
-  for (std::int32_t bz = low[2]; bz <= high[2]; ++bz) {
-    for (std::int32_t by = low[1]; by <= high[1]; ++by) {
-      for (std::int32_t bx = low[0]; bx <= high[0]; ++bx) {
-        const std::int32_t x = first[0] - kSide * bx, y = first[1] - kSide * by, z = first[2] - kSide * bz;
-        std::int32_t* const at = brickAt(bx, by, bz).data() + z * kPlane + y * kRow + x + kBefore;
-        for (std::int32_t j = std::max(0, -z); j < std::min(3, kSide + 1 - z); ++j) {
-          for (std::int32_t i = std::max(0, -y); i < std::min(3, kSide + 1 - y); ++i)
-            put(at + j * kPlane + i * kRow, static_cast<std::size_t>(i), static_cast<std::size_t>(j));
-        }
+  Source& source = sources_[number];
+  source.reaches |= kReaches[low][high];
+  const Row on_y{step[1], step[1], step[1], 0}, on_z{step[2], step[2], step[2], 0};
+  const Row square{kStepSquare, kStepSquare, kStepSquare, 0};
+  const Row plane_of_nodes{middle - step[0] + kStepSquare, middle, middle + step[0] + kStepSquare, kNothing};
+  const auto put_plane = [&](std::int32_t* at, Row row) {
+    keepLeast(at, row - on_y + square);
+    keepLeast(at + Source::kRow, row);
+    keepLeast(at + 2 * Source::kRow, row + on_y + square);
+  };
+  std::int32_t* const at =
+      source.nodes.data() + inside[2] * Source::kPlane + inside[1] * Source::kRow + inside[0];
+  put_plane(at, plane_of_nodes - on_z + square);
+  put_plane(at + Source::kPlane, plane_of_nodes);
+  put_plane(at + 2 * Source::kPlane, plane_of_nodes + on_z + square);
+}
+
+// The nodes of a brick, from all sources that reach it.
+void ReferenceField::gather(std::uint32_t number) {
+  constexpr std::int32_t kWide = kSide + 4;  // of a row here
+  std::array<std::int32_t, std::size_t{kRow} * kRow * kWide> nodes;
+  if (number < sources_.size()) {
+    const std::int32_t* from = sources_[number].nodes.data() + Source::kPlane + Source::kRow + 1;
+    std::int32_t* at = nodes.data();
+    for (std::int32_t z = 0; z < kRow; ++z, from += Source::kPlane - kRow * Source::kRow) {
+      for (std::int32_t y = 0; y < kRow; ++y, from += Source::kRow, at += kWide)
+        std::memcpy(at, from, kWide * sizeof(std::int32_t));
+    }
+  } else {
+    nodes.fill(kNothing);
+  }
+  const Place to = places_[number];
+  // By offset of another source's brick, -1 to 1: the first node that it has, their number, and the first
+  // one's place there.
+  constexpr std::array<std::int32_t, 3> kFirst{0, 0, kSide - 1}, kCount{1, kRow, 2}, kFrom{kSide + 1, 1, 0};
+  for (std::uint32_t d = 0; d < 27; ++d) {
+    if (d == 13) continue;
+    const std::array<std::size_t, 3> o{d % 3, d / 3 % 3, d / 9};
+    const std::uint32_t other =
+        map_.find(to.x + static_cast<std::int32_t>(o[0]) - 1, to.y + static_cast<std::int32_t>(o[1]) - 1,
+                  to.z + static_cast<std::int32_t>(o[2]) - 1);
+    if (other >= sources_.size() || (sources_[other].reaches >> (26 - d) & 1) == 0) continue;
+    const std::int32_t* const source = sources_[other].nodes.data();
+    for (std::int32_t z = 0; z < kCount[o[2]]; ++z) {
+      for (std::int32_t y = 0; y < kCount[o[1]]; ++y) {
+        const std::int32_t* const from =
+            source + (kFrom[o[2]] + z) * Source::kPlane + (kFrom[o[1]] + y) * Source::kRow + kFrom[o[0]];
+        std::int32_t* const at =
+            nodes.data() + ((kFirst[o[2]] + z) * kRow + kFirst[o[1]] + y) * kWide + kFirst[o[0]];
+        // Four at a time: beyond a source's last node is nothing, beyond this row's last nobody looks.
+        keepLeast(at, rowAt(from));
+        if (o[0] != 1) continue;
+        keepLeast(at + 4, rowAt(from + 4));
+        keepLeast(at + 8, rowAt(from + 8));
       }
     }
   }
-}
-
-ReferenceField::Brick& ReferenceField::brickAt(std::int32_t x, std::int32_t y, std::int32_t z) {
-  Recent& recent = recent_[static_cast<std::size_t>((x & 1) | (y & 1) << 1 | (z & 1) << 2)];
-  if (recent.x != x || recent.y != y || recent.z != z) {
-    recent = {x, y, z, map_.findOrAdd(x, y, z)};
-    if (recent.number == bricks_.size()) bricks_.emplace_back().fill(kNothing);
+  // The low halves less 32768.
+  using Eight = std::int32_t __attribute__((vector_size(32)));
+  using EightShort = std::int16_t __attribute__((vector_size(16)));
+  std::int16_t* out = bricks_[number].data();
+  for (const std::int32_t* row = nodes.data(); row < nodes.data() + nodes.size(); row += kWide, out += kRow) {
+    Eight wide;
+    std::memcpy(&wide, row, sizeof wide);
+    const EightShort narrow = __builtin_convertvector(wide, EightShort) ^ CornerValues::kUnknown;
+    std::memcpy(out, &narrow, sizeof narrow);
+    out[8] = static_cast<std::int16_t>(static_cast<std::int16_t>(row[8]) ^ CornerValues::kUnknown);
   }
-  return bricks_[recent.number];
 }
 
-void ReferenceField::Cursor::look(const std::array<std::int32_t, 3>& brick) {
-  brick_ = brick;
-  nodes_ = nullptr;
+ReferenceField::Cursor::Found ReferenceField::Cursor::look(const std::array<std::int32_t, 3>& brick) const {
+  Found found{brick, nullptr};
   for (const std::int32_t b : brick) {
-    if (b < 0 || b > 65536 / kSide) return;
+    if (b < 0 || b > 65536 / kSide) return found;
   }
   const std::uint32_t number = field_.map_.find(brick[0], brick[1], brick[2]);
-  if (number != BrickMap::kNone) nodes_ = field_.bricks_[number].data();
+  if (number == BrickMap::kNone) return found;
+  found.nodes = field_.bricks_[number].data();
+  // Most of it is needed soon, in an order that the machine does not guess.
+  constexpr std::size_t kLine = 64 / sizeof(std::int16_t);
+  for (std::size_t i = 0; i < std::tuple_size_v<Brick>; i += kLine) __builtin_prefetch(found.nodes + i);
+  return found;
 }
 
 }  // namespace isoreel

@@ -25,35 +25,47 @@ struct ReferencePlane {
 /// follows the surface.
 class ReferenceField {
  public:
-  /// Positions not below 0, in any order.
+  /// Positions not below 0, in any order; the fewer bricks between neighbours in it, the faster.
   void build(std::span<const ReferencePlane> planes);
   /// Memory beyond the object itself.
-  std::uint64_t bytes() const { return map_.bytes() + bricks_.capacity() * sizeof(Brick); }
+  std::uint64_t bytes() const {
+    return map_.bytes() + bricks_.capacity() * sizeof(Brick) + sources_.capacity() * sizeof(Source) +
+           places_.capacity() * sizeof(Place);
+  }
 
  private:
-  // 17×17×17 nodes: neighbouring bricks share those of their faces, so that the eight nodes of any cell are
-  // in one. Rows have room on both sides, since the build writes four nodes at a time. A node is a number
-  // whose high half is the squared distance of the nearest vertex, 1/4096 of a cell squared, and whose low
-  // half is the plane's distance + 32768: the least is the nearest.
+  // 9×9×9 nodes: neighbouring bricks share those of their faces, so that the eight nodes of any cell are in
+  // one.
   static constexpr int kSideLog2 = 3;
   static constexpr std::int32_t kSide = 1 << kSideLog2;
-  static constexpr std::int32_t kBefore = 2, kRow = kBefore + kSide + 4, kPlane = (kSide + 1) * kRow;
-  using Brick = std::array<std::int32_t, std::size_t{kSide + 1} * kPlane>;
-  struct Recent {
-    std::int32_t x = -1, y = 0, z = 0;
-    std::uint32_t number = 0;
+  static constexpr std::int32_t kRow = kSide + 1, kPlane = kRow * kRow;
+  using Brick = std::array<std::int16_t, std::size_t{kSide + 1} * kPlane>;
+
+  /// What the vertices nearest to the 8×8×8 first nodes of a brick say: of nodes -1 to 8. A node is a number
+  /// whose high half is the squared distance of the nearest vertex, 1/4096 of a cell squared, and whose low
+  /// half is the plane's distance + 32768: the least is the nearest.
+  struct Source {
+    // Rows have room for reading and writing four nodes at a time.
+    static constexpr std::int32_t kRow = kSide + 5, kPlane = (kSide + 2) * kRow;
+    std::array<std::int32_t, std::size_t{kSide + 2} * kPlane> nodes;
+    std::uint32_t
+        reaches;  // bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1): the brick at that offset has some of them
+  };
+  struct Place {
+    std::int32_t x, y, z;  // coordinates / 8
   };
 
-  void add(const ReferencePlane& plane);
-  Brick& brickAt(std::int32_t x, std::int32_t y, std::int32_t z);
+  void add(const ReferencePlane& plane, std::array<std::int32_t, 3>& brick, std::uint32_t& number);
+  void gather(std::uint32_t number);
 
   BrickMap map_;
+  std::vector<Place> places_;
   std::vector<Brick> bricks_;
-  std::array<Recent, 8> recent_{};  // the last brick found, by the lowest bits of its coordinates
+  std::vector<Source> sources_;  // of the first bricks
 
  public:
-  /// Looks places up; remembers the brick of the last one. One for each thread, for a field that stays as it
-  /// is meanwhile.
+  /// Looks places up; remembers the bricks of the last ones. One for each thread, for a field that stays as
+  /// it is meanwhile.
   class Cursor {
    public:
     explicit Cursor(const ReferenceField& field) : field_(field) {}
@@ -63,20 +75,26 @@ class ReferenceField {
       constexpr int kBrickBits = kPositionBits + kSideLog2;
       const std::array<std::int32_t, 3> brick{place[0] >> kBrickBits, place[1] >> kBrickBits,
                                               place[2] >> kBrickBits};
-      if (brick != brick_) look(brick);
-      if (nodes_ == nullptr) return CornerValues::unknown();
+      // A block of motion, wherever it is moved to, is in no two bricks with the same lowest bits.
+      Found& found =
+          found_[static_cast<std::size_t>((brick[0] & 1) | (brick[1] & 1) << 1 | (brick[2] & 1) << 2)];
+      if (brick != found.brick) found = look(brick);
+      if (found.nodes == nullptr) return CornerValues::unknown();
       constexpr std::int32_t kInBrick = kSide - 1;
-      return CornerValues::load<kRow, kPlane>(nodes_ + (place[2] >> kPositionBits & kInBrick) * kPlane +
+      return CornerValues::load<kRow, kPlane>(found.nodes + (place[2] >> kPositionBits & kInBrick) * kPlane +
                                               (place[1] >> kPositionBits & kInBrick) * kRow +
-                                              (place[0] >> kPositionBits & kInBrick) + kBefore);
+                                              (place[0] >> kPositionBits & kInBrick));
     }
 
    private:
-    void look(const std::array<std::int32_t, 3>& brick);
+    struct Found {
+      std::array<std::int32_t, 3> brick{std::numeric_limits<std::int32_t>::min(), 0, 0};
+      const std::int16_t* nodes = nullptr;
+    };
+    Found look(const std::array<std::int32_t, 3>& brick) const;
 
     const ReferenceField& field_;
-    std::array<std::int32_t, 3> brick_{-2, -2, -2};
-    const std::int32_t* nodes_ = nullptr;
+    std::array<Found, 8> found_;
   };
 };
 

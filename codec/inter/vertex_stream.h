@@ -19,6 +19,8 @@ class PredictedModels {
     return models_[(component * kSizes + size) * kConfidences + confidence];
   }
   void reset() { std::fill(models_.begin(), models_.end(), ResidualModels{}); }
+  /// Memory beyond the object itself.
+  std::uint64_t bytes() const { return models_.size() * sizeof(ResidualModels); }
 
  private:
   std::vector<ResidualModels> models_ = std::vector<ResidualModels>(3 * kSizes * kConfidences);

@@ -14,15 +14,20 @@ namespace {
 
 class PlainStream : public ByteStream {
  public:
-  PlainStream(const std::string& path, std::ifstream file) : ByteStream(path), file_(std::move(file)) {}
+  PlainStream(const std::string& path, std::ifstream file, std::uint64_t position)
+      : ByteStream(path), file_(std::move(file)), position_(position) {}
+  Result<std::unique_ptr<ByteStream>> copy() override { return open(path_, position_, Coding::kPlain); }
   Result<std::size_t> readSome(std::span<std::uint8_t> out) override {
     file_.read(reinterpret_cast<char*>(out.data()), static_cast<std::streamsize>(out.size()));
     if (file_.bad()) return {ErrorCode::kIo, path_ + ": cannot be read"};
-    return static_cast<std::size_t>(file_.gcount());
+    const auto count = static_cast<std::size_t>(file_.gcount());
+    position_ += count;
+    return count;
   }
 
  private:
   std::ifstream file_;
+  std::uint64_t position_;
 };
 
 class InflatedStream : public ByteStream {
@@ -34,6 +39,18 @@ class InflatedStream : public ByteStream {
   InflatedStream(const InflatedStream&) = delete;
   InflatedStream& operator=(const InflatedStream&) = delete;
   ~InflatedStream() override { inflateEnd(&z_); }
+
+  Result<std::unique_ptr<ByteStream>> copy() override {
+    ISOREEL_ASSIGN(std::unique_ptr<ByteStream> packed, packed_->copy());
+    auto other = std::unique_ptr<InflatedStream>(new InflatedStream(path_));
+    other->packed_ = std::move(packed);
+    other->ready_ = ready_ && inflateCopy(&other->z_, &z_) == Z_OK;
+    other->gzip_ = gzip_;
+    other->ended_ = ended_;
+    std::copy_n(z_.next_in, z_.avail_in, other->buffer_.begin());
+    other->z_.next_in = other->buffer_.data();
+    return std::unique_ptr<ByteStream>(std::move(other));
+  }
 
   Result<std::size_t> readSome(std::span<std::uint8_t> out) override {
     if (!ready_) return {ErrorCode::kLimit, path_ + ": no memory to inflate it"};
@@ -60,6 +77,7 @@ class InflatedStream : public ByteStream {
 
  private:
   static constexpr std::size_t kBuffer = 1u << 16;
+  explicit InflatedStream(const std::string& path) : ByteStream(path) {}
 
   // Packed bytes, unless there are some or none are left.
   Status fill() {
@@ -83,7 +101,7 @@ Result<std::unique_ptr<ByteStream>> ByteStream::open(const std::string& path, st
   std::ifstream file(path, std::ios::binary);
   file.seekg(static_cast<std::streamoff>(offset));
   if (!file) return {ErrorCode::kIo, path + ": cannot be read"};
-  std::unique_ptr<ByteStream> stream = std::make_unique<PlainStream>(path, std::move(file));
+  std::unique_ptr<ByteStream> stream = std::make_unique<PlainStream>(path, std::move(file), offset);
   if (coding == Coding::kDeflated) stream = std::make_unique<InflatedStream>(path, std::move(stream));
   return stream;
 }

@@ -27,6 +27,8 @@ class ByteStream {
   static Result<std::unique_ptr<ByteStream>> open(const std::string& path, std::uint64_t offset,
                                                   Coding coding);
   virtual ~ByteStream() = default;
+  /// Another one at the same place, that goes on by itself.
+  virtual Result<std::unique_ptr<ByteStream>> copy() = 0;
 
   /// Up to out.size() > 0 bytes; 0 only at the end, which is past the checksum of deflated data.
   virtual Result<std::size_t> readSome(std::span<std::uint8_t> out) = 0;

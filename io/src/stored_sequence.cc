@@ -12,6 +12,9 @@ namespace isoreel::io {
 namespace {
 
 constexpr std::size_t kSlabScalars = 1u << 15;
+// Readers that go through a file side by side, each in order: a GOP each. More than that, and some start
+// over.
+constexpr std::size_t kMaxStreams = 64;
 
 class StoredSequence : public VolumeSequence {
  public:
@@ -48,10 +51,13 @@ class StoredSequence : public VolumeSequence {
     for (std::uint64_t p = begin / partBytes_; p * partBytes_ < begin + bytes; ++p)
       ISOREEL_TRY(checkPart(stored_.parts[p]));
     if (mayMap(begin)) return map(begin);
-    if (position_ != begin) stream_.reset();
     position_ = begin;
+    ISOREEL_TRY(takeStream());
     Result<Volume> volume = readOn();
-    if (!volume.ok()) stream_.reset();
+    if (volume.ok() && stream_) waiting_.push_back({position_, std::move(stream_)});
+    stream_.reset();
+    const std::size_t most = stored_.coding == Coding::kPlain ? 1 : kMaxStreams;
+    if (waiting_.size() > most) waiting_.erase(waiting_.begin());
     return volume;
   }
 
@@ -99,6 +105,28 @@ class StoredSequence : public VolumeSequence {
     return Volume{stored_.grid, {samples, stored_.grid.nodeCount()}, file};
   }
 
+  // To stream_ the one that waits at position_; or for deflated data, which have to be read from the start of
+  // their file, a copy of the nearest before it: whoever left it there comes back for it.
+  Status takeStream() {
+    stream_.reset();
+    auto nearest = waiting_.end();
+    for (auto i = waiting_.begin(); i != waiting_.end(); ++i) {
+      if (i->position <= position_ && i->position / partBytes_ == position_ / partBytes_ &&
+          (nearest == waiting_.end() || i->position > nearest->position))
+        nearest = i;
+    }
+    if (nearest == waiting_.end()) return {};
+    const std::uint64_t ahead = position_ - nearest->position;
+    if (ahead == 0) {
+      stream_ = std::move(nearest->stream);
+      waiting_.erase(nearest);
+    } else if (stored_.coding != Coding::kPlain) {
+      ISOREEL_ASSIGN(stream_, nearest->stream->copy());
+      ISOREEL_TRY(stream_->skip(ahead));
+    }
+    return {};
+  }
+
   // The volume at position_, where the stream stands if there is one.
   Result<Volume> readOn() {
     std::vector<float> values(stored_.grid.nodeCount());
@@ -135,8 +163,14 @@ class StoredSequence : public VolumeSequence {
     return {};
   }
 
+  struct Waiting {
+    std::uint64_t position;
+    std::unique_ptr<ByteStream> stream;
+  };
+
   StoredVolumes stored_;
   std::uint64_t partBytes_ = 1;
+  std::vector<Waiting> waiting_;        // where reads ended inside a part, the oldest first
   std::unique_ptr<ByteStream> stream_;  // of the part that position_ lies in, at it; null before a part
   std::uint64_t position_ = 0;          // among the bytes of all samples
 };

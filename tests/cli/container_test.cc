@@ -155,6 +155,13 @@ TEST_F(ContainerTest, TracksAreReadByName) {
   EXPECT_EQ(tracks[1]["name"], "inner");
   EXPECT_EQ(tracks[1]["frames"], 8);
   fails("isoreel decode t.isr --track none --discard", 1, "no track 'none'");
+  std::size_t at = 0;  // the tracks' GOPs take turns
+  for (int chunk = 0; chunk < 6; ++chunk) at = content("t.isr").find("FRAM", at + 1);
+  write("bad.isr", content("t.isr"));
+  flip("bad.isr", at + 60);
+  const auto found = nlohmann::json::parse(sh("isoreel verify bad.isr --json").out);
+  EXPECT_EQ(found["problems"].size(), 1u) << found;
+  EXPECT_EQ(found["lost_by_track"], nlohmann::json::parse(R"([{"track":"inner","frames":[2,3]}])"));
   ok("isoreel encode seq.json -o t.isr --track inner=0.5 --track outer=0 --gop 4 --append && isoreel verify "
      "t.isr");
   EXPECT_EQ(json("isoreel info t.isr --track inner --json")["frames"], 16);

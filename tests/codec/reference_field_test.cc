@@ -85,11 +85,10 @@ TEST(CornerValues, TellWhatIsKnown) {
 }
 
 TEST(CornerValues, AreLoadedFromRowsAndPlanes) {
-  // The low half of a node is its distance + 32768; the high half says how near the vertex is.
-  std::array<std::int32_t, 100> nodes{};
-  for (std::int32_t i = 0; i < 100; ++i)
-    nodes[static_cast<std::size_t>(i)] = i * 65536 * 327 + 32768 + (i % 2 == 0 ? i : -i);
-  nodes[38] = 0x7FFF0000;
+  std::array<std::int16_t, 100> nodes{};
+  for (std::size_t i = 0; i < 100; ++i)
+    nodes[i] = static_cast<std::int16_t>(i % 2 == 0 ? static_cast<int>(i) : -static_cast<int>(i));
+  nodes[38] = CornerValues::kUnknown;
   const std::array<std::int16_t, 8> expected{-7, 8, 12, -13, -37, CornerValues::kUnknown, 42, -43};
   EXPECT_EQ((CornerValues::load<5, 30>(nodes.data() + 7).values()), expected);
 }
@@ -267,6 +266,21 @@ TEST(Reference, HasPlanesThatTouchItsSurfaceAndTheDistanceFromIt) {
   }
   EXPECT_EQ(known, near);
   EXPECT_GT(near, 1500);
+}
+
+TEST(Reference, HasItsFieldOnceAsked) {
+  Surface surface;
+  surface.vertices.assign(1, {5 * kCell, 5 * kCell, 5 * kCell});
+  const std::vector<Cell> cell{{5, 5, 5, 0x0F}};
+  Reference reference;
+  reference.build(surface, cell);
+  const auto values = [&] { return ReferenceField::Cursor(reference.field()).around(surface.vertices[0]); };
+  EXPECT_TRUE(values().allKnown() || values().sumOfKnown() != 0);
+  const CornerValues::Array built = values().values();
+  reference.setPlanes(surface, cell);  // of the surface before nothing is left
+  EXPECT_EQ(values().values(), CornerValues::unknown().values());
+  reference.buildField();
+  EXPECT_EQ(values().values(), built);
 }
 
 TEST(Reference, OfNothingIsUnknownEverywhere) {

@@ -137,7 +137,7 @@ def include_breaches(root, source, text):
                 breach = f"codec/{room} is the decoder's too and must not use Eigen"
             elif header.startswith("isa-l/") and relative.as_posix() != "container/src/parity.cc":
                 breach = "only parity.cc, of isoreel::repair, uses ISA-L: readers do without"
-            elif public and folder in ("io", "inspect", "muxer/lavf"):
+            elif public and folder in ("io", "inspect", "muxer/lavf", "muxer/gst"):
                 breach = "a public header must not need a third party's"
         if breach:
             yield line, f"includes {header}: {breach}"

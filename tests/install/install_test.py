@@ -84,7 +84,7 @@ def main():
             run(options.compiler, "-std=c++20", *flags, Path(options.source) / source, "-o", folder / module, *line)
         run(folder / "codec", reel)
         check_walk(command, folder / "decoder", reel)
-        for module in ("container", "io", "inspect"):
+        for module in ("container", "io", "inspect", "lavf"):
             run("pkg-config", "--exists", "--print-errors", f"isoreel-{module} = 0.1.0", env=environment)
 
         build = folder / "build"

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // NIfTI headers by hand, byte by byte: all types and byte orders of both versions, and what must be refused.
 #include <fmt/format.h>
+#include <zlib.h>
+
+#include <random>
 
 #include "support.h"
 
@@ -179,6 +182,39 @@ TEST_F(Nifti, PairsOfFiles) {
   EXPECT_EQ(errorOf({folder_.string()}), "");  // the folder's one volume: its .img is not another
   write("a.img", std::string(59, 'x'));
   EXPECT_TRUE(contains(errorOf({path("a.hdr")}), path("a.img") + ": expected 60 bytes"));
+}
+
+// Volumes of compressed 4-D files in any order, as several GOPs under way at once ask for them: each goes on
+// from a copy of whatever is nearest before it.
+TEST_F(Nifti, CompressedInSeveralOrdersAtOnce) {
+  Header header;
+  constexpr std::size_t kVolumes = 100;
+  constexpr std::int64_t kSide = 24;
+  header.dim = {4, kSide, kSide, kSide, kVolumes, 1, 1, 1};
+  std::mt19937 random(1);  // does not compress, so that buffers end anywhere
+  std::string data(kVolumes * kSide * kSide * kSide, '\0');
+  for (char& c : data) c = static_cast<char>(random());
+  const std::string bytes = header.bytes() + data;
+  gzFile file = gzopen(path("x.nii.gz").c_str(), "wb1");
+  ASSERT_EQ(gzwrite(file, bytes.data(), static_cast<unsigned>(bytes.size())), static_cast<int>(bytes.size()));
+  ASSERT_EQ(gzclose(file), Z_OK);
+
+  auto sequence = openVolumes({path("x.nii.gz")});
+  ASSERT_TRUE(sequence.ok()) << sequence.error().message;
+  const auto expectVolume = [&](std::size_t i) {
+    const Result<Volume> volume = (*sequence)->read(i);
+    ASSERT_TRUE(volume.ok()) << i << ": " << volume.error().message;
+    const std::size_t count = volume->samples.size();
+    for (std::size_t j = 0; j < count; ++j)
+      ASSERT_EQ(volume->samples[j], static_cast<float>(static_cast<std::uint8_t>(data[i * count + j]))) << i;
+  };
+  for (std::size_t i = 0; i < 12; ++i) {
+    for (const std::size_t gop : {0u, 24u, 12u, 84u}) expectVolume(gop + i);
+  }
+  for (int trial = 0; trial < 100; ++trial) expectVolume(random() % kVolumes);
+  const auto open_files = std::distance(std::filesystem::directory_iterator("/proc/self/fd"), {});
+  EXPECT_LT(open_files, 64 + 32);
+  for (std::size_t i = 0; i < kVolumes; ++i) expectVolume(i);  // and to the end, where the checksum is
 }
 
 TEST_F(Nifti, RawBytesOfThatName) {

@@ -292,20 +292,6 @@ GstFlowReturn aggregate(GstAggregator* aggregator, gboolean) {
   return flow == GST_FLOW_OK && eos ? GST_FLOW_EOS : flow;
 }
 
-void takeTags(State& state, MuxTrack& track, const GstTagList* tags) {
-  GstTagList* rest = gst_tag_list_copy(tags);
-  if (gst_tag_list_get_scope(tags) == GST_TAG_SCOPE_STREAM) {
-    gchar* title = nullptr;
-    if (gst_tag_list_get_string(tags, GST_TAG_TITLE, &title)) track.name = title;
-    g_free(title);
-    gst_tag_list_remove_tag(rest, GST_TAG_TITLE);
-  }
-  GstTagList* merged = gst_tag_list_merge(state.tags, rest, GST_TAG_MERGE_REPLACE);
-  gst_clear_tag_list(&state.tags);
-  state.tags = merged;
-  gst_tag_list_unref(rest);
-}
-
 void learn(State& state, GstPad* pad, GstEvent* event) {
   const std::lock_guard guard(state.lock);
   switch (GST_EVENT_TYPE(event)) {
@@ -318,7 +304,7 @@ void learn(State& state, GstPad* pad, GstEvent* event) {
     case GST_EVENT_TAG: {
       GstTagList* tags = nullptr;
       gst_event_parse_tag(event, &tags);
-      takeTags(state, state.tracks[pad], tags);
+      mergeTags(state.tags, tags, state.tracks[pad].name);
       break;
     }
     case GST_EVENT_TOC:

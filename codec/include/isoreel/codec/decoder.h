@@ -19,8 +19,8 @@ struct DecodeOptions {
   /// Take a packet that was cut short, and decode the levels that are whole.
   bool allow_prefix = false;
   /// Refuse packets that say they hold more. A surface takes about 60 bytes a vertex while it is
-  /// decoded; where P packets may follow also the distance field around it, which takes most for many small
-  /// pieces: up to some kilobytes a vertex.
+  /// decoded, 180 in profile main; where P packets may follow also the distance field around it, which takes
+  /// most for many small pieces: up to some kilobytes a vertex.
   std::uint32_t max_vertices = 1u << 27;
   /// Gets the blocks of a P packet that is decoded whole; emptied for any other packet. On an error it may
   /// hold some. The caller's, may be null.
@@ -51,7 +51,7 @@ class Decoder {
   /// none, as after a coarser level alone or an error. Stays good until the next decode().
   const std::vector<Cell>& cells() const;
 
-  /// Memory that a copy takes, about half a megabyte and 40 bytes for each vertex where P packets may follow;
+  /// Memory that a copy takes, about 0.8 megabytes and 24 bytes for each vertex where P packets may follow;
   /// and what it will be, about, after a packet of so many vertices.
   std::uint64_t bytes() const;
   std::uint64_t bytes(std::uint64_t vertices) const;

@@ -18,7 +18,8 @@ struct VolumeOptions {
   std::string array;
 };
 
-/// A sequence of volumes, all of one grid, read one at a time; in order is cheapest.
+/// A sequence of volumes, all of one grid, read one at a time; in order is cheapest, or in several orders
+/// that take turns, such as those of GOPs under way side by side.
 class VolumeSequence {
  public:
   virtual ~VolumeSequence() = default;
