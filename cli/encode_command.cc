@@ -24,6 +24,7 @@ namespace {
 
 const std::map<std::string, FrameTypes> kFrameTypes{{"auto", FrameTypes::kAuto},
                                                     {"intra", FrameTypes::kIntra}};
+const std::map<std::string, Profile> kProfiles{{"classic", Profile::kClassic}, {"main", Profile::kMain}};
 const std::map<std::string, Inside> kInside{{"below", Inside::kBelow}, {"above", Inside::kAbove}};
 
 struct EncodeOptions {
@@ -36,7 +37,8 @@ struct EncodeOptions {
   std::string fps;  // "" for the volumes' own times, or else 25
   std::string times;
   std::string frames;
-  std::string profile = "classic";
+  Profile profile = Profile::kClassic;
+  std::vector<std::string> without;
   FrameTypes frame_types = FrameTypes::kAuto;
   std::uint32_t gop = 12;
   std::uint32_t block = 8;
@@ -142,6 +144,7 @@ struct Totals {
   std::uint64_t frames = 0, predicted = 0, vertices = 0;
   PacketSizes sizes;
   double error_squares = 0, error_max = 0;
+  bool measured = false;        // how far vertices moved
   nlohmann::ordered_json list;  // of frames
 
   void add(const Packet& packet, const PacketSizes& bytes, const std::string& track) {
@@ -152,6 +155,7 @@ struct Totals {
     sizes.signs += bytes.signs;
     sizes.motion += bytes.motion;
     sizes.vertices += bytes.vertices;
+    measured |= header.error_kind == ErrorKind::kExtracted;
     error_squares += std::pow(static_cast<double>(header.error_rms), 2) * header.vertices;
     error_max = std::max(error_max, static_cast<double>(header.error_max));
     list.push_back({{"number", header.number},
@@ -192,18 +196,20 @@ void printSummary(const EncodeOptions& options, const Totals& totals, std::uint6
   fmt::print(out, "{}: {} ({} predicted), {} vertices, {} bytes in {:.2f} s\n",
              options.target.output == "-" ? "standard output" : options.target.output,
              counted(totals.frames, "frame"), totals.predicted, totals.vertices, bytes, seconds);
-  fmt::print(
-      out,
-      "  {:.2f} bits a vertex: {:.2f} signs, {:.2f} motion, {:.2f} positions; vertices moved {:.4f} cells "
-      "RMS, at "
-      "most {:.4f}\n",
-      share(bytes), share(totals.sizes.signs), share(totals.sizes.motion), share(totals.sizes.vertices),
-      totals.vertices == 0 ? 0.0 : std::sqrt(totals.error_squares / static_cast<double>(totals.vertices)),
-      totals.error_max);
+  const double error =
+      totals.vertices == 0 ? 0.0 : std::sqrt(totals.error_squares / static_cast<double>(totals.vertices));
+  fmt::print(out, "  {:.2f} bits a vertex: {:.2f} signs, {:.2f} motion, {:.2f} positions{}\n", share(bytes),
+             share(totals.sizes.signs), share(totals.sizes.motion), share(totals.sizes.vertices),
+             totals.measured
+                 ? fmt::format("; vertices moved {:.4f} cells RMS, at most {:.4f}", error, totals.error_max)
+                 : "");
 }
 
 Status encode(const EncodeOptions& options) {
   const Stopwatch watch;
+  if (options.profile == Profile::kMain && options.frame_types == FrameTypes::kAuto && options.gop > 1)
+    throw CLI::ValidationError("--profile",
+                               "main has frames that decode alone only, as yet: add --frame-types intra");
   ISOREEL_TRY(EncodeTarget::mayStart(options.target));
   const std::uint32_t step = stepUnits(options.step);
   ISOREEL_ASSIGN(const std::unique_ptr<io::VolumeSequence> volumes,
@@ -223,6 +229,7 @@ Status encode(const EncodeOptions& options) {
   ISOREEL_TRY(target.open(options.target, tracks, times, static_cast<std::size_t>(range.begin)));
 
   EncoderSettings settings;
+  settings.configuration.profile = options.profile;
   settings.configuration.inside =
       options.inside.value_or(volumes->levelSet() ? Inside::kBelow : Inside::kAbove);
   settings.configuration.grid = volumes->grid();
@@ -232,6 +239,12 @@ Status encode(const EncodeOptions& options) {
   settings.gop = options.gop;
   settings.motion = {static_cast<std::uint32_t>(std::countr_zero(options.block)), options.search,
                      options.registration};
+  for (const std::string& tool : options.without) {
+    if (tool == "neighbours") settings.heights.neighbours = false;
+    if (tool == "signs") settings.heights.mixed_signs = false;
+    if (tool == "fit") settings.heights.fit_triangles = false;
+    if (tool == "rate") settings.heights.weigh_rate = false;
+  }
   settings.placement = options.placement;
   settings.non_finite = options.volumes.non_finite;
   settings.parallel = parallelFor;
@@ -352,7 +365,20 @@ void addEncodeCommand(CLI::App& app, Action& chosen) {
           "Side of the isovalue that is inside (default: below for level sets, else above)")
       ->type_name("below|above");
   verb->add_option("--step", options->step, "Quantiser step of vertices, as a part of a cell");
-  verb->add_option("--profile", options->profile, "Coding tools")->check(CLI::IsMember({"classic"}));
+  verb->add_option_function<std::string>(
+          "--profile",
+          [options = options.get()](const std::string& text) {
+            options->profile = choice("--profile", kProfiles, text);
+          },
+          "Coding tools: those of the 2006 paper, or more (I frames only as yet: --frame-types intra)")
+      ->default_str("classic")
+      ->type_name("classic|main");
+  verb->add_option(
+          "--without", options->without,
+          "Leave out tools of profile main, to see what they are worth: neighbours, signs, fit, rate")
+      ->check(CLI::IsMember({"neighbours", "signs", "fit", "rate"}))
+      ->delimiter(',')
+      ->default_str("");
   verb->add_option_function<std::string>(
           "--frame-types",
           [options = options.get()](const std::string& text) {

@@ -19,6 +19,8 @@ Result<Encoder> encoderLike(ByteSpan key, std::uint64_t frames) {
   EncoderSettings settings;
   ISOREEL_ASSIGN(settings.configuration, readConfiguration(header.configuration));
   settings.configuration.step = header.step;
+  settings.heights.neighbours = (settings.configuration.tools & kToolNeighbours) != 0;
+  settings.heights.mixed_signs = (settings.configuration.tools & kToolMixedSigns) != 0;
   settings.frame_types =
       (settings.configuration.tools & kToolPrediction) != 0 ? FrameTypes::kAuto : FrameTypes::kIntra;
   settings.gop = static_cast<std::uint32_t>(std::clamp<std::uint64_t>(frames, 2, 1 << 20));

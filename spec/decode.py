@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""A second decoder, profile classic: written from spec/codec.md alone, to test that text and to explain it.
+"""A second decoder: written from spec/codec.md alone, to test that text and to explain it.
 Slow on purpose. Numbers such as (4.3) name sections of spec/codec.md.
 
 usage: decode.py [--level LEVEL] PACKET...      prints counts and hash of the last packet's surface (at an octree level); packets
@@ -13,8 +13,9 @@ from itertools import product
 from pathlib import Path
 
 sys.dont_write_bytecode = True
-from entropy import MASK64, Refused, Stream, model, require  # noqa: E402
+from entropy import MASK64, Refused, Stream, mixed, model, require, weights_of  # noqa: E402
 from fields import Fields  # noqa: E402
+from heights import MIXED_SIGNS, NEIGHBOURS, Heights  # noqa: E402
 from prediction import Prediction, Reference  # noqa: E402
 from surface import (CELL, CORNERS, LEAVES, MOTION, SIGNS, VERTICES, clamp, coarse_vertices, intra_vertices,  # noqa: E402
                      is_active, plus, quads)
@@ -37,7 +38,7 @@ def crc32c(data):
 
 
 def read_configuration(record):
-    """The grid's nodes (nx, ny, nz), and whether there may be P packets: all that decoding needs of a record."""
+    """The grid's nodes (nx, ny, nz), whether the profile is main, and the tools: all that decoding needs of a record."""
     head = Fields(record)
     require(head.take(4) == b"ISRL", "the record does not start with ISRL")
     require(head.fixed(1) == 1, "the record's version is not 1")
@@ -46,9 +47,10 @@ def read_configuration(record):
     require(length == len(record) and length % 2 == 0 and length >= 12, "the record's length is wrong")
     require(crc32c(record[:-4]) == int.from_bytes(record[-4:], "little"), "the record's CRC does not match")
     f = Fields(record[8:-4])
-    f.fixed(1, 0, 0)  # profile
+    main_profile = f.fixed(1, 0, 1) == 1
     f.fixed(1, 0, 1)  # inside
-    tools = f.varint(0, 1)
+    tools = f.varint(0, NEIGHBOURS | MIXED_SIGNS if main_profile else 1)
+    require(not main_profile or tools % 2 == 0, "profile main has no P packets")
     nodes = [f.varint(2, 65536) for _ in range(3)]
     f.varint(1, CELL)  # nominal step
     f.varint(1), f.varint(1)  # time base
@@ -58,7 +60,7 @@ def read_configuration(record):
         require(f.f64() > 0, "spacing is not above 0")
     if f.fixed(1, 0, 1):
         [f.f64() for _ in range(9)]  # direction
-    return nodes, tools == 1
+    return nodes, main_profile, tools
 
 
 # ---- 3 Packet --------------------------------------------------------------------------------------------------------
@@ -114,8 +116,8 @@ class Tree:
     """The octree of signs, level by level. `cells` maps the cells of the level decoded last to their configurations;
     it keeps their order."""
 
-    def __init__(self, packet, nodes, models):
-        self.packet, self.nodes, self.models = packet, nodes, models
+    def __init__(self, packet, nodes, models, mixed_signs):
+        self.packet, self.nodes, self.models, self.mixed_signs = packet, nodes, models, mixed_signs
         self.depth = (max(self.nodes) - 2).bit_length()
         self.cells = {}
 
@@ -168,12 +170,21 @@ class Tree:
                 if self.beside_leaf(cell, d, parents):
                     known[point] = known[plus(low, tuple(k & 2 for k in d))]
                 else:
-                    usual = self.sign_model(known, point)
-                    moved = prediction and prediction.sign_model(level, cell, point, usual)
-                    known[point] = stream.decision(moved or usual)
-                    if moved:
-                        usual.update(known[point])
+                    known[point] = self.sign(level, cell, d, point, known, prediction, stream)
         return known
+
+    def sign(self, level, cell, d, point, known, prediction, stream):
+        """4.3, 8.5 and 11.7"""
+        usual = self.sign_model(known, point)
+        if not self.mixed_signs:
+            moved = prediction and prediction.sign_model(level, cell, point, usual)
+            sign = stream.decision(moved or usual)
+            if moved:
+                usual.update(sign)
+            return sign
+        name = (d, level == self.depth)
+        second = model(self.models, ("opinion", self.cells[cell], *name))
+        return mixed(stream, usual, second, weights_of(self.models, ("opinion", *name)), 64)
 
     def beside_leaf(self, cell, d, parents):
         """Whether the point at d of the cell also lies on a cell of the same level that is not divided."""
@@ -240,7 +251,7 @@ class Decoder:
         if packet.predicted:
             require(self.last == packet.number - packet.references[0], "the packet before it is not the one it refers to")
         else:
-            self.nodes, self.predicts = read_configuration(packet.record)
+            self.nodes, self.main, self.tools = read_configuration(packet.record)
             self.models, self.reference = {}, None
         self.last = None
 
@@ -248,7 +259,7 @@ class Decoder:
         """Vertices and quads of a packet; `level` stops early (5.4), `prefix` takes a packet that was cut short (3.2)."""
         packet = Packet(data, prefix)
         self.begin(packet)
-        tree = Tree(packet, self.nodes, self.models)
+        tree = Tree(packet, self.nodes, self.models, self.main and self.tools & MIXED_SIGNS)
         prediction = None
         cut = packet.section(MOTION, 0) is None or packet.section(VERTICES, 0) is None
         if packet.predicted and packet.section(MOTION, 0) is not None:
@@ -278,14 +289,16 @@ class Decoder:
 
     def full(self, packet, cells, prediction):
         require(len(cells) == packet.vertices, "the number of vertices is not the header's")
-        if packet.predicted:
+        if self.main:
+            vertices = Heights(packet, cells, self.nodes, self.tools, self.models).vertices()
+        elif packet.predicted:
             vertices = prediction.vertices(cells)
         else:
             vertices = intra_vertices(packet, cells, self.models)
         faces = quads(cells)
         require(len(faces) == packet.faces, "the number of quads is not the header's")
         require(surface_hash(vertices, faces) == packet.hash, "the surface does not match its hash")
-        if self.predicts:
+        if self.tools & 1:
             self.reference, self.last = Reference(vertices, faces, cells), packet.number
         return vertices, faces
 

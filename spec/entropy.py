@@ -1,6 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Entropy decoding: spec/codec.md section 6. Part of decode.py."""
+"""Entropy decoding: spec/codec.md sections 6 and 11.6. Part of decode.py."""
+
+from bisect import bisect_right
 
 MASK64 = (1 << 64) - 1
 
@@ -75,11 +77,8 @@ def model(models, name, one=32768):
     return models[name]
 
 
-def residual(stream, models, name):
-    """6.3"""
-    if stream.decision(model(models, (name, "zero"))):
-        return 0
-    negative = stream.decision(model(models, (name, "negative")))
+def magnitude(stream, models, name):
+    """6.3: a value of 1 or more."""
     e = 0
     while e < 15 and stream.decision(model(models, (name, "more", e))):
         e += 1
@@ -89,4 +88,44 @@ def residual(stream, models, name):
         left -= 1
     if left > 0:
         value = (value << left) + stream.raw(left)
+    return value
+
+
+def residual(stream, models, name):
+    """6.3"""
+    if stream.decision(model(models, (name, "zero"))):
+        return 0
+    negative = stream.decision(model(models, (name, "negative")))
+    value = magnitude(stream, models, name)
     return -value if negative else value
+
+
+# ---- 11.6 Mixed decisions ----
+
+POINTS = [22, 36, 60, 98, 162, 267, 439, 720, 1179, 1921, 3108, 4971, 7812, 11955, 17625, 24743, 32768, 40793, 47911, 53581, 57724,
+          60565, 62428, 63615, 64357, 64816, 65097, 65269, 65374, 65438, 65476, 65500, 65514]
+
+
+def squash(x):
+    at, part = x + 2048 >> 7, x + 2048 & 127
+    return POINTS[at] * (128 - part) + POINTS[at + 1] * part + 64 >> 7
+
+
+SQUASHED = [squash(x) for x in range(-2047, 2048)]
+STRETCHED = [max(bisect_right(SQUASHED, 16 * p) - 1, 0) - 2047 for p in range(4096)]
+
+
+def weights_of(models, name):
+    return models.setdefault(name, [39322, 39322])
+
+
+def mixed(stream, first, second, weights, floor):
+    logits = [STRETCHED[m.one >> 4] for m in (first, second)]
+    total = weights[0] * logits[0] + weights[1] * logits[1] >> 16
+    one = max(floor, min(SQUASHED[max(-2047, min(total, 2047)) + 2047], 65536 - floor))
+    bit = stream.split((stream.range >> 16) * one)
+    error = 65536 * bit - one
+    for i, m in enumerate((first, second)):
+        weights[i] = max(-(1 << 18), min(weights[i] + (logits[i] * error + 8192 >> 14), 1 << 18))
+        m.update(bit)
+    return bit

@@ -32,6 +32,10 @@ class Fields:
                 return self.ranged(value, low, high)
         raise Refused("a varint is too long")
 
+    def svarint(self):
+        value = self.varint(0, MASK64)
+        return value >> 1 ^ -(value & 1)
+
     def f64(self):
         value = struct.unpack("<d", self.take(8))[0]
         require(isfinite(value), "a number is not finite")

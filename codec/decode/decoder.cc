@@ -6,6 +6,7 @@
 
 #include "decode/predicted_part.h"
 #include "inter/reference.h"
+#include "intra/height_stream.h"
 #include "intra/sign_tree.h"
 #include "lattice/dual_mesh.h"
 
@@ -114,10 +115,26 @@ Status decodeIntraVertices(ByteSpan bytes, const std::vector<Cell>& cells, const
   return endOf(coder, "vertices");
 }
 
+/// The vertices of an I packet of profile main (spec codec 11).
+Status decodeHeights(ByteSpan bytes, const std::vector<Cell>& cells, const CellIndex& index,
+                     std::int32_t step, std::uint32_t tools, HeightModels& models, HeightFrame& frame,
+                     const Grid& grid, std::vector<std::array<std::int32_t, 3>>& vertices) {
+  HeightHeader header;
+  ByteReader in(bytes);
+  if (!cells.empty()) ISOREEL_TRY(readSized(in, header));
+  RangeGet coder(bytes.subspan(in.position()));
+  frame.build(cells, index, grid);
+  codeHeights(coder, models, header, cells, frame, step, tools,
+              [](std::uint32_t, std::int32_t, const HeightContext&) { return 0; });
+  for (std::size_t i = 0; i < cells.size(); ++i) vertices[i] = atHeight(frame.predicted, i, frame.heights[i]);
+  return endOf(coder, "vertices");
+}
+
 }  // namespace
 
 struct Decoder::State {
   PacketModels models;
+  HeightFrame heights;
   CellIndex index;
   std::vector<Cell> cells;  // of the surface decoded last
   // What a P packet goes on from: the packet decoded last, when it was decoded whole.
@@ -131,6 +148,7 @@ struct Decoder::State {
       configuration.reset();
       ISOREEL_ASSIGN(configuration, readConfiguration(header.configuration));
       models.reset();
+      models.signs.mixed = (configuration->tools & kToolMixedSigns) != 0;
       return {};
     }
     const std::uint64_t wanted = header.number - header.references[0];
@@ -173,7 +191,7 @@ Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
     return {ErrorCode::kLimit, "packet: " + std::to_string(header.vertices) +
                                    " vertices, above the limit of " + std::to_string(options.max_vertices)};
   }
-  // Each vertex takes at least three decisions, and none is cheaper than 1/177 of a bit (spec codec 6.1).
+  // Each vertex takes three decisions of 1/177 of a bit at least, or one of 1/63 (spec codec 6.1).
   if (header.vertices / 512 > payload.wholeSize()) {
     return {ErrorCode::kBadData, "packet: " + std::to_string(header.vertices) +
                                      " vertices cannot come from " + std::to_string(payload.wholeSize()) +
@@ -242,7 +260,10 @@ Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
   Surface surface;
   surface.grid = grid;
   surface.vertices.resize(cells.size());
-  if (predicted) {
+  if (configuration.profile == Profile::kMain) {
+    ISOREEL_TRY(decodeHeights(*vertex_bytes, cells, state.index, steps.normal, configuration.tools,
+                              state.models.heights, state.heights, grid, surface.vertices));
+  } else if (predicted) {
     ISOREEL_TRY(
         part.decodeVertices(*vertex_bytes, cells, state.index, field, steps, state.models, surface.vertices));
     if (options.motion != nullptr) *options.motion = part.blocks(cells, field);

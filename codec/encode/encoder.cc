@@ -6,6 +6,7 @@
 
 #include "encode/facts.h"
 #include "encode/frame_coder.h"
+#include "encode/height_coder.h"
 #include "extract/dual_contouring.h"
 #include "lattice/dual_mesh.h"
 #include "syntax/packet.h"
@@ -20,6 +21,9 @@ constexpr std::uint32_t kTangentialRatio = 3;
 // P frames predict tangential components well: at 1.5 times these steps their vertices are as far from the
 // extractor's as those of I frames (0.037 and 0.037 cells on droplets, 0.051 and 0.050 on the splash).
 constexpr std::uint32_t kPredictedTangentialRatio = 9;  // halves
+// Where profile main weighs the rate, many residuals are smaller than the nearest: a finer step makes up for
+// it, at fewer bits.
+constexpr double kWeighedStep = 0.7;
 
 /// Squared distances of decoded vertices from the extractor's, in cells squared.
 struct Errors {
@@ -59,9 +63,10 @@ struct Encoder::State {
   std::optional<std::uint64_t> last;  // number of the frame coded last; none: the next frame starts a GOP
   Reference reference;
   PacketModels models;
+  HeightFrame heights;
 
-  /// `vertices` in their cells.
-  Result<Packet> code(const SignBitmap& bitmap, std::span<const Cell> cells,
+  /// `vertices` in their cells. `volume`: what they are from; null when that is not known.
+  Result<Packet> code(const Volume* volume, const SignBitmap& bitmap, std::span<const Cell> cells,
                       std::span<const std::array<std::int32_t, 3>> vertices, const FrameTiming& timing,
                       PacketSizes* sizes);
 };
@@ -76,8 +81,14 @@ Result<Encoder> Encoder::create(EncoderSettings settings) {
   if (settings.gop < 1) return {ErrorCode::kInvalidArgument, "a GOP has one frame at least"};
   if (settings.motion.block_log2 < 2 || settings.motion.block_log2 > 5)
     return {ErrorCode::kInvalidArgument, "motion blocks have 4, 8, 16 or 32 cells a side (spec codec 8.1)"};
-  settings.configuration.tools =
-      settings.frame_types == FrameTypes::kAuto && settings.gop > 1 ? kToolPrediction : 0;
+  const bool predicts = settings.frame_types == FrameTypes::kAuto && settings.gop > 1;
+  const bool main = settings.configuration.profile == Profile::kMain;
+  if (predicts && main)
+    return {ErrorCode::kUnsupported,
+            "profile main has no P packets yet: ask for I packets only (spec codec 11)"};
+  settings.configuration.tools = (predicts ? kToolPrediction : 0) |
+                                 (main && settings.heights.neighbours ? kToolNeighbours : 0) |
+                                 (main && settings.heights.mixed_signs ? kToolMixedSigns : 0);
   ISOREEL_ASSIGN(Bytes record, writeConfiguration(settings.configuration));
   auto state = std::make_unique<State>();
   state->settings = std::move(settings);
@@ -107,7 +118,7 @@ Result<Packet> Encoder::encode(const Volume& volume, const FrameTiming& timing, 
   if (cells.size() > 0xFFFFFFFFu / 4)
     return {ErrorCode::kLimit, "the surface has more than 2^30 vertices (spec codec 3.1)"};
   const auto vertices = placeVertices(volume, timing.isovalue, cells, settings.placement, settings.parallel);
-  return state_->code(bitmap, cells, vertices, timing, sizes);
+  return state_->code(&volume, bitmap, cells, vertices, timing, sizes);
 }
 
 Result<Packet> Encoder::encodeAgain(const Surface& surface, std::span<const Cell> cells, bool filled,
@@ -129,14 +140,15 @@ Result<Packet> Encoder::encodeAgain(const Surface& surface, std::span<const Cell
       }
     }
   }
-  ISOREEL_ASSIGN(Packet packet, state_->code(SignBitmap::fromCells(grid.nodes, cells, filled), cells,
+  ISOREEL_ASSIGN(Packet packet, state_->code(nullptr, SignBitmap::fromCells(grid.nodes, cells, filled), cells,
                                              vertices, timing, sizes));
   packet.header.error_kind = ErrorKind::kNone;  // what the surface was made from is not known here
   packet.header.error_rms = packet.header.error_max = 0;
   return packet;
 }
 
-Result<Packet> Encoder::State::code(const SignBitmap& bitmap, std::span<const Cell> cells,
+Result<Packet> Encoder::State::code(const Volume* volume, const SignBitmap& bitmap,
+                                    std::span<const Cell> cells,
                                     std::span<const std::array<std::int32_t, 3>> vertices,
                                     const FrameTiming& timing, PacketSizes* sizes) {
   const Grid& grid = settings.configuration.grid;
@@ -148,6 +160,9 @@ Result<Packet> Encoder::State::code(const SignBitmap& bitmap, std::span<const Ce
   header.duration = timing.duration;
   header.isovalue = timing.isovalue;
   header.step = settings.configuration.step;
+  const bool main = settings.configuration.profile == Profile::kMain;
+  if (main && volume != nullptr && settings.heights.weigh_rate)
+    header.step = std::max(1u, static_cast<std::uint32_t>(std::lround(kWeighedStep * header.step)));
   header.tangential_step = std::min<std::uint32_t>(kTangentialRatio * header.step, kCell);
   header.vertices = static_cast<std::uint32_t>(cells.size());
 
@@ -155,7 +170,13 @@ Result<Packet> Encoder::State::code(const SignBitmap& bitmap, std::span<const Ce
       grid,     bitmap,
       cells,    index,
       vertices, {static_cast<std::int32_t>(header.step), static_cast<std::int32_t>(header.tangential_step)}};
-  ISOREEL_ASSIGN(CodedFrame coded, codeIntra(input));
+  std::optional<VolumeField> field;
+  if (main && volume != nullptr)
+    field.emplace(*volume, timing.isovalue, settings.configuration.inside, cells);
+  ISOREEL_ASSIGN(CodedFrame coded,
+                 main ? codeIntraHeights(input, field ? &*field : nullptr, settings.configuration.tools,
+                                         settings.heights, settings.parallel, heights)
+                      : codeIntra(input));
   Errors errors = errorsOf(coded.decoded, vertices);
   const bool predicts = (settings.configuration.tools & kToolPrediction) != 0;
   if (predicts && last && timing.number == *last + 1 && timing.number - key < settings.gop) {
@@ -198,9 +219,11 @@ Result<Packet> Encoder::State::code(const SignBitmap& bitmap, std::span<const Ce
   facts.duration = timing.duration;
   facts.isovalue = timing.isovalue;
   measureSurface(surface, cells, bitmap.insideCells(), facts);
-  facts.error_kind = ErrorKind::kExtracted;
-  facts.error_rms = static_cast<float>(std::sqrt(errors.mean));
-  facts.error_max = static_cast<float>(std::sqrt(errors.largest));
+  if (!main) {  // vertices of main slide: where the extractor had them says nothing of the distance
+    facts.error_kind = ErrorKind::kExtracted;
+    facts.error_rms = static_cast<float>(std::sqrt(errors.mean));
+    facts.error_max = static_cast<float>(std::sqrt(errors.largest));
+  }
 
   header.faces = facts.faces;
   header.surface_hash = facts.surface_hash;

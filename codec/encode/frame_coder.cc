@@ -4,66 +4,12 @@
 #include <cmath>
 
 #include "encode/prediction_fit.h"
-#include "extract/octree.h"
+#include "encode/sections.h"
 #include "inter/vertex_stream.h"
-#include "intra/sign_tree.h"
 #include "motion/motion_search.h"
 
 namespace isoreel {
 namespace {
-
-/// Appends the stream that `write(coder)` makes to the payload, and its entry to the section table when it
-/// has any bytes.
-template <class Write>
-void addSection(CodedFrame& coded, SectionKind kind, std::uint32_t level, Write write) {
-  const std::size_t start = coded.payload.size();
-  RangePut coder(coded.payload);
-  write(coder);
-  coder.finish();
-  if (coded.payload.size() > start) {
-    coded.sections.push_back(
-        {static_cast<std::uint32_t>(kind), level, static_cast<std::uint32_t>(coded.payload.size() - start)});
-  }
-}
-
-/// Signs and leaf bits, level by level, coarse to fine (spec codec 4). Ends where nothing is heterogeneous.
-class SignWriter {
- public:
-  SignWriter(const FrameInput& frame, CodedFrame& coded)
-      : octree_(frame.cells, octreeDepth(frame.grid)),
-        tree_(frame.grid, OctreeTruth(frame.bitmap, octree_), frame.cells.size(), coded.models.signs),
-        coded_(coded) {}
-
-  std::uint32_t depth() const { return tree_.depth(); }
-  const std::vector<Cell>& cells() const { return tree_.cells(); }
-
-  /// The next level; `moved` as SignTree has it.
-  template <class Moved>
-  Status write(std::uint32_t level, Moved& moved) {
-    if (level > 0 && tree_.cells().empty()) return {};
-    const std::size_t start = coded_.payload.size();
-    Bytes leaf_bytes;
-    RangePut leaves(leaf_bytes);
-    Status status;
-    addSection(coded_, SectionKind::kSigns, level, [&](RangePut& signs) {
-      status = level == 0 ? tree_.codeRoot(signs, leaves) : tree_.codeLevel(level, signs, leaves, moved);
-    });
-    ISOREEL_TRY(status);
-    leaves.finish();
-    if (!leaf_bytes.empty()) {
-      coded_.sections.push_back({static_cast<std::uint32_t>(SectionKind::kLeaves), level,
-                                 static_cast<std::uint32_t>(leaf_bytes.size())});
-      coded_.payload.insert(coded_.payload.end(), leaf_bytes.begin(), leaf_bytes.end());
-    }
-    coded_.sizes.signs += coded_.payload.size() - start;
-    return {};
-  }
-
- private:
-  SparseOctree octree_;
-  SignTree<RangePut, OctreeTruth> tree_;
-  CodedFrame& coded_;
-};
 
 /// Components of the extractor's vertex along the axes of its local frame, 1/16384 of a cell.
 std::array<double, 3> components(const std::array<std::int32_t, 3>& vertex, const LocalFrame& frame) {
@@ -85,9 +31,7 @@ std::int32_t rounded(double value, std::int32_t step) {
 
 Result<CodedFrame> codeIntra(const FrameInput& frame) {
   CodedFrame coded;
-  SignWriter signs(frame, coded);
-  NothingMoved nothing;
-  for (std::uint32_t level = 0; level <= signs.depth(); ++level) ISOREEL_TRY(signs.write(level, nothing));
+  ISOREEL_TRY(SignWriter(frame, coded).writeAll());
   coded.decoded.resize(frame.cells.size());
   addSection(coded, SectionKind::kVertices, 0, [&](RangePut& coder) {
     for (std::size_t i = 0; i < frame.cells.size(); ++i) {

@@ -51,6 +51,11 @@ class RangePut {
     model.update(bit);
     return bit;
   }
+  /// A bit that is 1 with probability `one` in 1/65536, 1 to 65535.
+  bool codeAt(std::uint32_t one, bool bit) {
+    split(bit, (range_ >> 16) * one);
+    return bit;
+  }
   /// `count` equiprobable bits, the highest first.
   std::uint32_t raw(int count, std::uint32_t value) {
     for (int i = count; i-- > 0;) split((value >> i) & 1, range_ >> 1);
@@ -118,6 +123,7 @@ class RangeGet {
     model.update(bit);
     return bit;
   }
+  bool codeAt(std::uint32_t one, bool /*unused*/) { return split((range_ >> 16) * one); }
   std::uint32_t raw(int count, std::uint32_t /*unused*/) {
     std::uint32_t value = 0;
     for (int i = 0; i < count; ++i) value = value << 1 | std::uint32_t{split(range_ >> 1)};

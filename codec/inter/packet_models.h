@@ -3,6 +3,7 @@
 
 #include "inter/moved_signs.h"
 #include "inter/vertex_stream.h"
+#include "intra/height_models.h"
 #include "intra/sign_context.h"
 
 namespace isoreel {
@@ -15,6 +16,7 @@ struct PacketModels {
   MotionModels motion;
   MovedSignModels moved_signs;
   PredictedModels predicted;
+  HeightModels heights;  // profile main
 
   void reset() {
     signs.reset();
@@ -22,6 +24,7 @@ struct PacketModels {
     motion = {};
     moved_signs.reset();
     predicted.reset();
+    heights.reset();
   }
   /// Memory beyond the object itself.
   std::uint64_t bytes() const { return signs.signs.bytes() + vertices.bytes() + predicted.bytes(); }

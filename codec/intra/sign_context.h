@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "entropy/range_coder.h"
+#include "entropy/mixer.h"
 #include "lattice/sign_block.h"
 
 namespace isoreel {
@@ -133,13 +133,36 @@ class LeafModels {
   std::array<BitModel, 4 * 2 * 6 * 4> models_{};
 };
 
+/// Second opinions on corner signs, in profile main (spec codec 11.7): by the corners of the cell that adds
+/// the node, and which of its new nodes it is.
+class SignOpinions {
+ public:
+  void reset() {
+    std::fill(models_.begin(), models_.end(), BitModel{});
+    weights_.fill({});
+  }
+  /// `corners`: of the cell; `node`: of kNewNodes; `deepest`: whether the node's level is.
+  Mix mix(BitModel& first, std::uint32_t corners, std::uint32_t node, bool deepest) {
+    return {first, models_[(node * 256 + corners) * 2 + deepest], weights_[node * 2 + deepest], kFloor};
+  }
+
+ private:
+  static constexpr std::int32_t kFloor = 64;
+
+  std::vector<BitModel> models_ = std::vector<BitModel>(19 * 256 * 2);
+  std::array<MixWeights, 19 * 2> weights_;
+};
+
 /// All that the octree of signs adapts. A P packet goes on with what the packet before it left.
 struct SignTreeModels {
   SignModels signs;
   LeafModels leaves;
+  SignOpinions opinions;
+  bool mixed = false;  // signs by two opinions: profile main
 
   void reset() {
     signs.reset();
+    opinions.reset();
     leaves.reset();
   }
 };

@@ -215,7 +215,12 @@ class SignTree {
           BitModel& model = models_.signs.at(around.known, around.inside);
           const int at_x = 2 * cell.x + node.x, at_y = 2 * cell.y + node.y, at_z = 2 * cell.z + node.z;
           const bool truth = truth_.sign(lattice, at_x, at_y, at_z);
-          if (BitModel* const other = moved.at(at_x, at_y, at_z, model.one)) {
+          if (models_.mixed) {
+            sign = codeMixed(signs,
+                             models_.opinions.mix(model, cell.corners, static_cast<std::uint32_t>(which),
+                                                  lattice.shift == 0),
+                             truth);
+          } else if (BitModel* const other = moved.at(at_x, at_y, at_z, model.one)) {
             sign = signs.code(*other, truth);
             model.update(sign);
           } else {

@@ -31,6 +31,22 @@ TEST_F(GopTest, KeysComeAtTheLimit) {
   fails("isoreel encode seq.json -o x.isr --iso 0 --block 7", 2, "--block");
 }
 
+TEST_F(GopTest, ProfileMainIsSmallerAndIntraOnly) {
+  fails("isoreel encode seq.json -o main.isr --iso 0 --profile main", 2, "--frame-types intra");
+  fails("isoreel encode seq.json -o main.isr --iso 0 --profile other --frame-types intra", 2, "--profile");
+  fails("isoreel encode seq.json -o main.isr --iso 0 --profile main --frame-types intra --without luck", 2,
+        "--without");
+  ok("isoreel encode seq.json -o main.isr --iso 0 --profile main --frame-types intra");
+  ok("isoreel encode seq.json -o main1.isr --iso 0 --profile main --gop 1 --jobs 1");
+  EXPECT_EQ(types("main.isr"), "IIIIIIII");
+  ok("isoreel verify main.isr && cmp main.isr main1.isr");
+  ok("isoreel encode seq.json -o plain.isr --iso 0 --profile main --frame-types intra --without "
+     "neighbours,signs,fit,rate");
+  ok("isoreel verify plain.isr");
+  ok("isoreel encode seq.json -o classic.isr --iso 0 --frame-types intra");
+  EXPECT_LT(bytes("main.isr"), bytes("classic.isr"));
+}
+
 TEST_F(GopTest, FramesInsideAGopAreThoseOfTheWhole) {
   ok("isoreel decode seq.isr -o all/%05d.ply");
   for (const char* range : {"2", "1:3", "6:8", "3:6"}) {

@@ -207,7 +207,7 @@ TEST(Encode, RefusesWhatBreaksTheRules) {
   settings.configuration.grid.nodes[0] = 1;
   EXPECT_FALSE(Encoder::create(settings).ok());
   settings = made::settings(m);
-  settings.configuration.profile = Profile::kMain;
+  settings.configuration.profile = static_cast<Profile>(2);
   EXPECT_FALSE(Encoder::create(settings).ok());
 
   auto encoder = Encoder::create(made::settings(m));

@@ -137,14 +137,27 @@ EncoderSettings settings(const Made& made, std::uint32_t step) {
   return result;
 }
 
-Packet encoded(const Made& made, std::uint32_t step) {
-  auto encoder = Encoder::create(settings(made, step));
+namespace {
+
+Packet encodedWith(const Made& made, const EncoderSettings& with) {
+  auto encoder = Encoder::create(with);
   if (!encoder) throw std::runtime_error(encoder.error().message);
   FrameTiming timing;
   timing.isovalue = made.isovalue;
   auto packet = encoder->encode(made.volume, timing);
   if (!packet) throw std::runtime_error(packet.error().message);
   return *std::move(packet);
+}
+
+}  // namespace
+
+Packet encoded(const Made& made, std::uint32_t step) { return encodedWith(made, settings(made, step)); }
+
+Packet encodedMain(const Made& made, std::uint32_t step, const HeightSettings& heights) {
+  EncoderSettings with = settings(made, step);
+  with.configuration.profile = Profile::kMain;
+  with.heights = heights;
+  return encodedWith(made, with);
 }
 
 std::uint32_t depthOf(const Grid& grid) {

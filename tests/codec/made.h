@@ -50,6 +50,8 @@ const Made& named(const std::string& name);
 EncoderSettings settings(const Made& made, std::uint32_t step = kCell / 16);
 /// Encoded as frame 0; a failure ends the test with its message.
 Packet encoded(const Made& made, std::uint32_t step = kCell / 16);
+/// The same in profile main.
+Packet encodedMain(const Made& made, std::uint32_t step = kCell / 16, const HeightSettings& heights = {});
 
 /// A cell of an octree level.
 struct ReferenceCell {

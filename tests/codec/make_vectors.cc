@@ -155,6 +155,10 @@ Bytes packetOf(const char* name, std::uint32_t step = kCell / 16) {
   return made::encoded(made::named(name), step).data;
 }
 
+Bytes mainPacketOf(const char* name, std::uint32_t step = kCell / 16, const HeightSettings& heights = {}) {
+  return made::encodedMain(made::named(name), step, heights).data;
+}
+
 /// A sphere with a placement, a time and an isovalue of its own.
 Bytes placed() {
   made::Made m{"placed", made::sampled(made::gridOf(12, 15, 10), made::sphere(5, 7, 4, 2)), 1.75};
@@ -197,6 +201,24 @@ void acceptAll(Vectors& vectors) {
   vectors.accept("placed", "origin, spacing, a mirroring direction, time and number", placed());
   vectors.accept("extended", "minor 9, unknown sections, bytes behind the fields of record and header",
                  extended(packetOf("sphere_cut")));
+
+  vectors.accept("main_empty", "profile main: no sign change", mainPacketOf("empty"));
+  vectors.accept("main_smallest", "profile main: one cell", mainPacketOf("noise_2x2x2"));
+  vectors.accept("main_thin", "profile main: cells at the border on all sides",
+                 mainPacketOf("noise_3x2x100"));
+  vectors.accept("main_noise", "profile main: normals that cancel out, cells across every face",
+                 mainPacketOf("noise_20x33x7"));
+  vectors.accept("main_sphere_cut", "profile main, a surface that is open at the grid's border",
+                 mainPacketOf("sphere_cut"));
+  vectors.accept("main_fine_step", "profile main, step 1", mainPacketOf("torus", 1));
+  HeightSettings plain;
+  plain.neighbours = plain.mixed_signs = false;
+  vectors.accept("main_without_tools", "profile main, tools 0",
+                 mainPacketOf("touching_spheres", kCell / 16, plain));
+  vectors.accept(
+      "main_wild",
+      "profile main: weights from -1023 to 1023, residuals up to 65537, heights that leave their cells",
+      made::wildHeights(made::named("torus"), 7, 65537, 6));
 }
 
 void rejectAll(Vectors& vectors) {
@@ -221,7 +243,7 @@ void rejectAll(Vectors& vectors) {
   longer.push_back(0);
   vectors.reject("trailing_byte", "1 bytes behind its last section", longer);
   vectors.reject("record_version_2", "version 2", record(4, 2));
-  vectors.reject("record_profile_1", "profile 1 is above 0", record(8, 1));
+  vectors.reject("record_profile_2", "profile 2 is above 1", record(8, 2));
   vectors.reject("record_tools", "tools 2 is above 1", record(10, 2));
   vectors.reject("record_one_node", "nodes 1 is below 2", record(11, 1));
   vectors.reject("record_bad_crc", "configuration record: its CRC does not match",
@@ -250,6 +272,28 @@ void rejectAll(Vectors& vectors) {
                  with([](made::Parts& p) { p.sections.back().resize(60); }));
   vectors.reject("vertices_left_over", "vertices: not used to their end",
                  with([](made::Parts& p) { p.sections.back().resize(p.sections.back().size() + 9); }));
+  const Bytes main = mainPacketOf("sphere_cut");
+  const auto mainWith = [&](const auto& change) {
+    made::Parts parts = made::taken(main);
+    change(parts, parts.sections.back());
+    return made::joined(parts);
+  };
+  vectors.reject("main_predicted", "profile main has no P packets", mainWith([](made::Parts& p, Bytes&) {
+                   made::changeRecord(p.header.configuration, 10, 7 - 2);
+                 }));
+  vectors.reject("main_tools", "tools 8 is above 6",
+                 mainWith([](made::Parts& p, Bytes&) { made::changeRecord(p.header.configuration, 10, 8); }));
+  vectors.reject("main_weight_1024", "weight is not from -1023 to 1023", mainWith([](made::Parts&, Bytes& v) {
+                   v[1] = 0x80;  // the first weight, in two bytes
+                   v[2] = 0x10;
+                 }));
+  vectors.reject("main_no_header", "vertex header: ", mainWith([](made::Parts&, Bytes& v) { v.clear(); }));
+  vectors.reject("main_header_too_short", "ends inside weight",
+                 mainWith([](made::Parts&, Bytes& v) { v[0] = 15; }));
+  vectors.reject("main_vertices_too_short", "vertices: end too early",
+                 mainWith([](made::Parts&, Bytes& v) { v.resize(40); }));
+  vectors.reject("main_vertices_left_over", "vertices: not used to their end",
+                 mainWith([](made::Parts&, Bytes& v) { v.resize(v.size() + 9); }));
   made::Parts none = made::taken(packetOf("empty"));
   none.header.vertices = 5;
   vectors.reject("no_tree_but_vertices", "0 active cells, where its header says 5", made::joined(none));

@@ -63,9 +63,13 @@ TEST(ConfigurationRecord, WriterRefusesWhatAReaderWould) {
   };
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(refuses([](Configuration&) {}));
-  EXPECT_TRUE(refuses([](Configuration& c) { c.profile = Profile::kMain; }));
+  EXPECT_TRUE(refuses([](Configuration& c) { c.profile = static_cast<Profile>(2); }));
   EXPECT_TRUE(refuses([](Configuration& c) { c.inside = static_cast<Inside>(2); }));
   EXPECT_TRUE(refuses([](Configuration& c) { c.tools = 2; }));
+  EXPECT_TRUE(refuses([](Configuration& c) {
+    c.profile = Profile::kMain;
+    c.tools = kToolPrediction;
+  }));
   EXPECT_TRUE(refuses([](Configuration& c) { c.grid.nodes[0] = 1; }));
   EXPECT_TRUE(refuses([](Configuration& c) { c.grid.nodes[2] = 65537; }));
   EXPECT_TRUE(refuses([](Configuration& c) { c.step = 0; }));
@@ -98,7 +102,7 @@ TEST(ConfigurationRecord, ReaderRefusesEachValueOutOfItsRange) {
   EXPECT_TRUE(has(changed(4, 2), "version 2, where this build reads version 1"));
   EXPECT_EQ(changed(5, 200), "fine") << "minor versions are for readers to skip";
   EXPECT_TRUE(has(changed(6, 12), "length"));
-  EXPECT_TRUE(has(changed(8, 1), "profile 1 is above 0 (spec codec 2.2)"));
+  EXPECT_TRUE(has(changed(8, 2), "profile 2 is above 1 (spec codec 2.2)"));
   EXPECT_TRUE(has(changed(9, 2), "inside 2 is above 1"));
   EXPECT_EQ(changed(10, 1), "fine") << "prediction";
   EXPECT_TRUE(has(changed(10, 2), "tools 2 is above 1"));

@@ -72,6 +72,41 @@ PredictionHeader wildHeader(Random& random, std::uint32_t block_log2, std::uint3
   return header;
 }
 
+Bytes wildHeights(const Made& made, std::uint32_t step, std::int32_t largest, std::uint32_t seed) {
+  Random random(seed);
+  const auto within = [&](std::int32_t limit) {
+    return static_cast<std::int32_t>(random() % (2 * static_cast<std::uint32_t>(limit) + 1)) - limit;
+  };
+  Extracted extracted(made);
+  const Bytes packet = encodedMain(made, step).data;
+  Parts parts = taken(packet);
+  parts.header.step = step;
+  HeightHeader header;
+  for (auto& colour : header.weights) {
+    for (auto& w : colour) w = within(HeightHeader::kMaxWeight);
+  }
+  HeightFrame frame;
+  frame.build(extracted.cells, extracted.index, made.volume.grid);
+  HeightModels models;
+  Bytes section;
+  EXPECT_TRUE(writeSized(section, header).ok());
+  RangePut coder(section);
+  codeHeights(coder, models, header, extracted.cells, frame, static_cast<std::int32_t>(step), kToolsOfMain,
+              [&](std::uint32_t, std::int32_t, const HeightContext&) {
+                return within(random() % 2 == 0 ? 2 : largest);
+              });
+  coder.finish();
+  parts.sections.back() = section;
+  Surface surface;
+  surface.grid = made.volume.grid;
+  for (std::size_t i = 0; i < extracted.cells.size(); ++i)
+    surface.vertices.push_back(atHeight(frame.predicted, i, frame.heights[i]));
+  toGridPositions(extracted.cells, surface.vertices);
+  surface.quads = dualQuads(extracted.cells, extracted.index);
+  parts.header.surface_hash = surfaceHash(surface);
+  return joined(parts);
+}
+
 Bytes WildSequence::intra(const Made& made, std::uint32_t step) {
   Extracted frame(made);
   PacketHeader header;

@@ -5,6 +5,7 @@
 
 #include "encode/frame_coder.h"
 #include "inter/vertex_stream.h"
+#include "intra/height_stream.h"
 #include "made.h"
 
 namespace isoreel::made {
@@ -20,6 +21,9 @@ struct Wild {
 
 /// A header with weights and levels all over their ranges.
 PredictionHeader wildHeader(Random& random, std::uint32_t block_log2, std::uint32_t vector_step);
+
+/// An I packet of profile main with random weights and residuals of up to `largest`.
+Bytes wildHeights(const Made& made, std::uint32_t step, std::int32_t largest, std::uint32_t seed);
 
 /// Packets one after the other, the first one an I packet. The volumes must have grids of the same size.
 class WildSequence {

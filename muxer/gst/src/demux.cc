@@ -55,11 +55,15 @@ GstFlowReturn chain(GstPad*, GstObject* parent, GstBuffer* buffer) {
   return flow;
 }
 
-// Upstream begins anew, and so do we: what was made of the bytes before is of no use.
-void beginAnew(State& state) {
+// Upstream begins anew, and so do we: what was made of the bytes before is of no use. The task stops before
+// pads take buffers again.
+gboolean beginAnew(State& state, GstPad* pad, GstObject* parent, GstEvent* flush_stop) {
   state.halt(false);
   state.restart = true;
+  state.feed.reset();
+  const gboolean done = gst_pad_event_default(pad, parent, flush_stop);
   state.resume();
+  return done;
 }
 
 gboolean sinkEvent(GstPad* pad, GstObject* parent, GstEvent* event) {
@@ -71,12 +75,8 @@ gboolean sinkEvent(GstPad* pad, GstObject* parent, GstEvent* event) {
       if (!own) return gst_pad_event_default(pad, parent, event);
       break;
     case GST_EVENT_FLUSH_STOP:
+      if (!own) return beginAnew(state, pad, parent, event);
       state.feed.flushStop();
-      if (!own) {
-        const gboolean done = gst_pad_event_default(pad, parent, event);
-        beginAnew(state);
-        return done;
-      }
       break;
     case GST_EVENT_SEGMENT: {
       const GstSegment* segment = nullptr;

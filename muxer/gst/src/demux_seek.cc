@@ -21,7 +21,7 @@ gint64 toFrame(const Timeline& timeline, gint64 time) {
 bool knownFormat(GstFormat format) { return format == GST_FORMAT_TIME || format == GST_FORMAT_DEFAULT; }
 
 bool convert(const Timeline& timeline, GstFormat from, gint64 value, GstFormat to, gint64& result) {
-  if (!knownFormat(from) || !knownFormat(to)) return false;
+  if (!knownFormat(from) || !knownFormat(to) || (from != to && timeline.frames() == 0)) return false;
   result = from == to                   ? value
            : from == GST_FORMAT_DEFAULT ? toTime(timeline, value)
                                         : toFrame(timeline, value);

@@ -170,11 +170,19 @@ struct Due {
   GstClockTime time = 0;
 };
 
+// As it is now: a flush from another thread may just have undone it.
+GstSegment segmentOf(GstPad* pad) {
+  GST_OBJECT_LOCK(pad);
+  const GstSegment segment = GST_AGGREGATOR_PAD(pad)->segment;
+  GST_OBJECT_UNLOCK(pad);
+  return segment;
+}
+
 GstClockTime runningTime(GstPad* pad, GstBuffer* buffer) {
-  const GstSegment& segment = GST_AGGREGATOR_PAD(pad)->segment;
+  const GstSegment segment = segmentOf(pad);
   guint64 time = 0;
   const GstClockTime start = GST_BUFFER_DTS_OR_PTS(buffer);
-  if (start == GST_CLOCK_TIME_NONE) return 0;
+  if (start == GST_CLOCK_TIME_NONE || segment.format != GST_FORMAT_TIME) return 0;
   return gst_segment_to_running_time_full(&segment, GST_FORMAT_TIME, start, &time) > 0 ? time : 0;
 }
 
@@ -184,9 +192,11 @@ Result<std::vector<Packet>> takeFrom(Element* element, GstPad* pad, MuxTrack& tr
   GST_OBJECT_LOCK(element);
   const MuxTimes times = element->state->times;
   GST_OBJECT_UNLOCK(element);
-  GST_OBJECT_LOCK(pad);
-  const GstSegment segment = GST_AGGREGATOR_PAD(pad)->segment;
-  GST_OBJECT_UNLOCK(pad);
+  const GstSegment segment = segmentOf(pad);
+  if (segment.format == GST_FORMAT_UNDEFINED) {
+    gst_buffer_unref(buffer);
+    return std::vector<Packet>{};
+  }
   Status warning;
   Result<std::vector<Packet>> packets = track.take(buffer, segment, times, warning);
   gst_buffer_unref(buffer);
@@ -282,20 +292,6 @@ GstFlowReturn aggregate(GstAggregator* aggregator, gboolean) {
   return flow == GST_FLOW_OK && eos ? GST_FLOW_EOS : flow;
 }
 
-void takeTags(State& state, MuxTrack& track, const GstTagList* tags) {
-  GstTagList* rest = gst_tag_list_copy(tags);
-  if (gst_tag_list_get_scope(tags) == GST_TAG_SCOPE_STREAM) {
-    gchar* title = nullptr;
-    if (gst_tag_list_get_string(tags, GST_TAG_TITLE, &title)) track.name = title;
-    g_free(title);
-    gst_tag_list_remove_tag(rest, GST_TAG_TITLE);
-  }
-  GstTagList* merged = gst_tag_list_merge(state.tags, rest, GST_TAG_MERGE_REPLACE);
-  gst_clear_tag_list(&state.tags);
-  state.tags = merged;
-  gst_tag_list_unref(rest);
-}
-
 void learn(State& state, GstPad* pad, GstEvent* event) {
   const std::lock_guard guard(state.lock);
   switch (GST_EVENT_TYPE(event)) {
@@ -308,7 +304,7 @@ void learn(State& state, GstPad* pad, GstEvent* event) {
     case GST_EVENT_TAG: {
       GstTagList* tags = nullptr;
       gst_event_parse_tag(event, &tags);
-      takeTags(state, state.tracks[pad], tags);
+      mergeTags(state.tags, tags, state.tracks[pad].name);
       break;
     }
     case GST_EVENT_TOC:

@@ -74,6 +74,8 @@ Result<MuxTrack::Moment> MuxTrack::moment(GstBuffer* buffer, const GstSegment& s
     moment.time = header != nullptr ? header->time : own.time;
     return moment;
   }
+  if (segment.format != GST_FORMAT_TIME)
+    return {ErrorCode::kInvalidArgument, "the stream does not go by time, and so packets have none"};
   const GstClockTime end = length != GST_CLOCK_TIME_NONE ? start + length : start + 1;
   if (length != GST_CLOCK_TIME_NONE) {
     const std::int64_t ticks = toTicks(end, base_) - toTicks(start, base_);

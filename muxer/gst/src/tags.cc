@@ -130,6 +130,19 @@ GstTagList* tagListOf(const std::string& json) {
   return list;
 }
 
+void mergeTags(GstTagList*& all, const GstTagList* tags, std::string& name) {
+  GstTagList* rest = gst_tag_list_copy(tags);
+  if (gst_tag_list_get_scope(tags) == GST_TAG_SCOPE_STREAM) {
+    const gchar* title = nullptr;
+    if (gst_tag_list_peek_string_index(tags, GST_TAG_TITLE, 0, &title)) name = title;
+    gst_tag_list_remove_tag(rest, GST_TAG_TITLE);
+  }
+  GstTagList* merged = gst_tag_list_merge(all, rest, GST_TAG_MERGE_REPLACE);
+  gst_clear_tag_list(&all);
+  all = merged;
+  gst_tag_list_unref(rest);
+}
+
 std::string jsonOf(const GstTagList* tags) {
   const gchar* ours = nullptr;
   Json json = Json::object();

@@ -21,6 +21,9 @@ void registerTags();
 /// ("title", "artist"; our "software" is "encoder"), or else as extended-comment "key=value".
 GstTagList* tagListOf(const std::string& json);
 
+/// Lays the tags of an event over `all`, which may be null; the title of a stream becomes its `name` instead.
+void mergeTags(GstTagList*& all, const GstTagList* tags, std::string& name);
+
 /// The JSON object of a tag list: that of kJsonTag, and over it the others, without those that are about the
 /// stream itself (codec, container, bitrate).
 std::string jsonOf(const GstTagList* tags);

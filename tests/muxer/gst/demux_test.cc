@@ -2,6 +2,8 @@
 // isoreeldemux from the start to the end: every way that bytes come in, tracks, tags, chapters, damage.
 #include <gst/base/gsttypefindhelper.h>
 
+#include <atomic>
+
 #include "support.h"
 
 namespace isoreel::gst {
@@ -210,6 +212,35 @@ TEST_P(DemuxFile, followsAFileThatGrows) {
   ASSERT_TRUE((*writer)->finish().ok());
   EXPECT_EQ(numbers(drain(pipeline["sink"])), "3 4 5 6 7 8");
   EXPECT_TRUE(pipeline.wait(GST_MESSAGE_EOS));
+}
+
+// Somebody rewinds the source by bytes: all begins anew.
+TEST(DemuxPush, aFlushFromUpstreamBeginsAnew) {
+  const Folder folder;
+  write(folder / "a.isr", ballFile(5));
+  std::atomic<int> buffers{0};  // outlives the pipeline
+  Pipeline pipeline("pushfilesrc name=f location=" + (folder / "a.isr") +
+                    " ! identity name=i ! isoreeldemux name=d fakesink name=s sync=false");
+  const auto link = [](GstElement*, GstPad* pad, gpointer sink) {
+    GstPad* to = gst_element_get_static_pad(GST_ELEMENT(sink), "sink");
+    EXPECT_EQ(gst_pad_link(pad, to), GST_PAD_LINK_OK);
+    gst_object_unref(to);
+  };
+  const auto count = [](GstElement*, GstBuffer*, GstPad*, gpointer counter) {
+    ++*static_cast<std::atomic<int>*>(counter);
+  };
+  GstElement* sink = pipeline["s"];
+  g_object_set(sink, "signal-handoffs", TRUE, nullptr);
+  g_signal_connect(sink, "handoff", G_CALLBACK(+count), &buffers);
+  g_signal_connect(pipeline["d"], "pad-added", G_CALLBACK(+link), sink);
+  ASSERT_TRUE(pipeline.run()) << pipeline.error;
+  EXPECT_EQ(buffers, 5);
+  GstPad* source = gst_element_get_static_pad(pipeline["i"], "sink");
+  ASSERT_TRUE(gst_pad_push_event(source, gst_event_new_seek(1, GST_FORMAT_BYTES, GST_SEEK_FLAG_FLUSH,
+                                                            GST_SEEK_TYPE_SET, 0, GST_SEEK_TYPE_NONE, -1)));
+  gst_object_unref(source);
+  EXPECT_TRUE(pipeline.wait(GST_MESSAGE_EOS)) << pipeline.error;
+  EXPECT_EQ(buffers, 10);
 }
 
 TEST(TypeFind, knowsTheMagicAndNothingElse) {

@@ -43,6 +43,10 @@ class Seek : public testing::TestWithParam<const char*> {
     gst_object_unref(pad);
   }
 
+  ~Seek() override {
+    gst_element_set_state(pipeline.get(), GST_STATE_NULL);
+  }  // before what the probe writes to goes
+
   // What comes after a flushing seek, to the end; the sink itself drops what is not to be shown.
   std::string seek(double rate, GstFormat format, int flags, gint64 start, gint64 stop = -1) {
     if (!pipeline.seek(rate, format, flags, start, stop)) return "refused";

@@ -19,8 +19,8 @@ struct DecodeOptions {
   /// Take a packet that was cut short, and decode the levels that are whole.
   bool allow_prefix = false;
   /// Refuse packets that say they hold more. A surface takes about 60 bytes a vertex while it is
-  /// decoded; where P packets may follow also the distance field around it, which takes most for many small
-  /// pieces: up to some kilobytes a vertex.
+  /// decoded, 180 in profile main; where P packets may follow also the distance field around it, which takes
+  /// most for many small pieces: up to some kilobytes a vertex.
   std::uint32_t max_vertices = 1u << 27;
   /// Gets the blocks of a P packet that is decoded whole; emptied for any other packet. On an error it may
   /// hold some. The caller's, may be null.

@@ -37,11 +37,20 @@ struct MotionSettings {
   bool registration = true;  // refine by registration to the previous surface
 };
 
+/// What the encoder of profile main may leave out, to see what each is worth.
+struct HeightSettings {
+  bool neighbours = true;     // predict heights from those of coded neighbours (a tool of the format)
+  bool mixed_signs = true;    // two opinions on each sign (another)
+  bool fit_triangles = true;  // choose heights for the mesh's triangles, not for its vertices alone
+  bool weigh_rate = true;     // and for what they cost
+};
+
 struct EncoderSettings {
-  Configuration configuration;
+  Configuration configuration;  // `tools` are set by the encoder
   FrameTypes frame_types = FrameTypes::kIntra;
   std::uint32_t gop = 12;  // frames from one I frame to the next, at most; 1 or more
   MotionSettings motion;
+  HeightSettings heights;  // profile main
   VertexPlacement placement = VertexPlacement::kQef;
   NonFinite non_finite = NonFinite::kRefuse;
   ParallelFor parallel = serialFor;
@@ -77,7 +86,7 @@ class Encoder {
   /// Codes the isosurface of `volume`, whose grid must equal the configuration's in size (placement is not
   /// compared). A P packet is written for a frame whose number follows that of the frame before, within the
   /// GOP limit, when it is smaller than the I packet. Memory beyond the volume: one bit per node and about 50
-  /// bytes per vertex, 1200 with prediction. `sizes` may be null.
+  /// bytes per vertex, 1200 with prediction or in profile main. `sizes` may be null.
   Result<Packet> encode(const Volume& volume, const FrameTiming& timing, PacketSizes* sizes = nullptr);
 
   /// Codes a surface that was decoded before, where its volume is gone. `cells` are Decoder::cells() of it,

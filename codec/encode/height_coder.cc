@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "encode/height_coder.h"
+
+#include <cmath>
+#include <optional>
+
+#include "encode/height_fit.h"
+#include "encode/sections.h"
+#include "extract/surface_fit.h"
+#include "lattice/dual_mesh.h"
+
+namespace isoreel {
+namespace {
+
+// More rounds follow the noise of the samples: bits, and no gain in distance.
+constexpr int kFitRounds = 1;
+// Passes over the residuals when their cost counts: in each, a vertex sees what the last one made of those
+// behind it.
+constexpr int kRatePasses = 2;
+// A bit is worth this many squared steps of one sample; less in even cells, since odd ones are predicted from
+// them.
+constexpr std::array<double, 2> kBitWorth{0.3, 0.9};
+
+/// Bits of a decision with probability one / 65536 of a 1.
+double cost(std::int32_t one, bool bit) {
+  static const auto table = [] {
+    std::array<float, 1025> bits{};
+    for (std::size_t i = 0; i < bits.size(); ++i)
+      bits[i] = static_cast<float>(-std::log2((static_cast<double>(i) + 0.5) / 1025.5));
+    return bits;
+  }();
+  const std::int32_t p = bit ? one : 65536 - one;
+  return static_cast<double>(table[static_cast<std::size_t>(p >> 6)]);
+}
+
+/// What a residual costs as the models stand, about.
+class ResidualCosts {
+ public:
+  ResidualCosts(HeightModels& models, const HeightContext& context) {
+    const std::int32_t zero = models.zero(context).one();
+    const std::int32_t more1 = models.more(context, 1).one(), more2 = models.more(context, 2).one();
+    negative_ = models.negative(context).one;
+    zero_ = cost(zero, true);
+    ones_ = cost(zero, false) + cost(more1, false);
+    twos_ = cost(zero, false) + cost(more1, true) + cost(more2, false);
+    rest_ = cost(zero, false) + cost(more1, true) + cost(more2, true);
+  }
+  double of(std::int32_t residual) const {
+    if (residual == 0) return zero_;
+    const std::int32_t magnitude = std::abs(residual);
+    const double sign = cost(negative_, residual < 0);
+    if (magnitude == 1) return sign + ones_;
+    if (magnitude == 2) return sign + twos_;
+    return sign + rest_ + 2 * std::log2(magnitude - 1) + 1;
+  }
+
+ private:
+  std::int32_t negative_;
+  double zero_, ones_, twos_, rest_;
+};
+
+/// How far along its normal a vertex lies from its predicted point, 1/16384 of a cell.
+double heightOf(const SignPrediction& predicted, std::size_t i, const std::array<std::int32_t, 3>& vertex) {
+  double height = 0;
+  for (std::size_t k = 0; k < 3; ++k)
+    height += static_cast<double>((vertex[k] - 8 * predicted.points[i].v[k]) * predicted.normals[i].v[k]);
+  return height / kCell;
+}
+
+std::int32_t limited(double value) {
+  return static_cast<std::int32_t>(std::lround(std::clamp(value, -65535.0, 65535.0)));
+}
+
+}  // namespace
+
+Result<CodedFrame> codeIntraHeights(const FrameInput& frame, const VolumeField* field, std::uint32_t tools,
+                                    const HeightSettings& choices, const ParallelFor& parallel,
+                                    HeightFrame& heights) {
+  CodedFrame coded;
+  coded.models.signs.mixed = (tools & kToolMixedSigns) != 0;
+  ISOREEL_TRY(SignWriter(frame, coded).writeAll());
+  if (frame.cells.empty()) return coded;
+  heights.build(frame.cells, frame.index, frame.grid);
+  std::optional<SurfaceFit> fit;
+  std::vector<Quad> quads;
+  if (field != nullptr) {
+    quads = dualQuads(frame.cells, frame.index);
+    fit.emplace(*field, frame.cells, heights, quads, frame.grid, parallel);
+    fit->toSurface();
+    if (choices.fit_triangles) fit->optimise(kFitRounds);
+  }
+  std::vector<double> wanted(frame.cells.size());  // 1/16384 of a cell
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    wanted[i] = fit ? static_cast<double>(fit->heights()[i]) * kCell
+                    : heightOf(heights.predicted, i, frame.vertices[i]);
+    heights.heights[i] = static_cast<std::int16_t>(std::lround(std::clamp(wanted[i], -32767.0, 32767.0)));
+  }
+  const HeightHeader header = fitHeights(heights, tools);
+
+  const std::int32_t step = frame.steps.normal;
+  const double step_in_cells = static_cast<double>(step) / kCell;
+  HeightModels models;
+  const auto nearest = [&](std::uint32_t i, std::int32_t expected, const HeightContext&) {
+    return limited((wanted[i] - expected) / step);
+  };
+  const auto cheapest = [&](std::uint32_t i, std::int32_t expected, const HeightContext& context) {
+    const SurfaceFit::Bowl bowl = fit->bowl(i);
+    const ResidualCosts costs(models, context);
+    const double exact = (static_cast<double>(bowl.best) * kCell - expected) / step;
+    const std::int32_t middle = limited(exact);
+    std::int32_t best = 0;
+    double least = 1e30;
+    for (const std::int32_t residual : {middle, middle - (middle > 0) + (middle < 0), 0}) {
+      const double error = (exact - residual) * step_in_cells;
+      const double sum = static_cast<double>(bowl.curvature) * error * error +
+                         kBitWorth[context.colour] * step_in_cells * step_in_cells * costs.of(residual);
+      if (sum < least) {
+        least = sum;
+        best = residual;
+      }
+    }
+    fit->set(i, static_cast<float>(std::clamp(expected + best * step, -32767, 32767)) / kCell);
+    return best;
+  };
+  const std::size_t start = coded.payload.size();
+  const auto write = [&](const auto& choose) {
+    coded.payload.resize(start);
+    Status status = writeSized(coded.payload, header);
+    RangePut coder(coded.payload);
+    models.reset();
+    codeHeights(coder, models, header, frame.cells, heights, step, tools, choose);
+    coder.finish();
+    return status;
+  };
+  if (fit && choices.weigh_rate) {
+    for (int pass = 0; pass < kRatePasses; ++pass) {
+      fit->linearise();
+      ISOREEL_TRY(write(cheapest));
+    }
+  } else {
+    ISOREEL_TRY(write(nearest));
+  }
+  coded.sections.push_back({static_cast<std::uint32_t>(SectionKind::kVertices), 0,
+                            static_cast<std::uint32_t>(coded.payload.size() - start)});
+  coded.sizes.vertices = coded.payload.size() - start;
+  coded.decoded.resize(frame.cells.size());
+  for (std::size_t i = 0; i < frame.cells.size(); ++i)
+    coded.decoded[i] = atHeight(heights.predicted, i, heights.heights[i]);
+  return coded;
+}
+
+}  // namespace isoreel

@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "intra/height_stream.h"
+
+namespace isoreel {
+
+/// The weights with which the prediction of frame.heights, as they stand, errs least: least squares, in which
+/// large errors count for less. (Weights fitted to quantised neighbours were no better.)
+HeightHeader fitHeights(const HeightFrame& frame, std::uint32_t tools);
+
+}  // namespace isoreel

@@ -1,0 +1,186 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Vertices of profile main: spec/codec.md section 11. Part of decode.py."""
+
+from itertools import product
+from math import isqrt
+
+from entropy import MASK64, Stream, magnitude, mixed, model, require, weights_of
+from fields import Fields
+from surface import CELL, FRAMES, VERTICES, clamp, in_grid, plus
+
+NEIGHBOURS, MIXED_SIGNS = 2, 4  # tools
+FACES = [(-1, 0, 0), (1, 0, 0), (0, -1, 0), (0, 1, 0), (0, 0, -1), (0, 0, 1)]
+AROUND = [d for d in product((-1, 0, 1), repeat=3) if any(d)]
+
+
+def dot(a, b):
+    return sum(x * y for x, y in zip(a, b))
+
+
+def limited(value):
+    return clamp(value, -32767, 32767)
+
+
+def mean(total, count):
+    """11.4"""
+    return total * ((2 * 65536 + count) // (2 * count)) >> 16
+
+
+class Heights:
+    def __init__(self, packet, cells, nodes, tools, models):
+        self.packet, self.cells, self.nodes, self.tools, self.models = packet, cells, nodes, tools, models
+        self.list = list(cells)
+        self.signs = {}
+        self.number = {cell: i for i, cell in enumerate(self.list)}
+
+    # ---- 11.1 Surroundings ----
+
+    def across(self, cell):
+        """The six cells across the faces: None where the face has one sign only, or no cell behind it."""
+        inside = [self.cells[cell] >> j & 1 for j in range(8)]
+        result = []
+        for face, way in enumerate(FACES):
+            on_face = [inside[j] for j in range(8) if (j >> face // 2 & 1) == face % 2]
+            other = plus(cell, way)
+            result.append(other if 0 < sum(on_face) < 4 and other in self.cells else None)
+        return result
+
+    def sign(self, cell, node):
+        """Of a node near an active cell: the cell's own corner, that of an active cell on the way, or as one step back."""
+        node = tuple(clamp(node[k], 0, self.nodes[k] - 1) for k in range(3))
+        if node not in self.signs:
+            self.signs[node] = self.sign_in_grid(cell, node)
+        return self.signs[node]
+
+    def sign_in_grid(self, cell, node):
+        for other in product(*((n - 1, n) for n in node)):
+            if other in self.cells:
+                corner = [node[k] - other[k] for k in range(3)]
+                return self.cells[other] >> (corner[0] | corner[1] << 1 | corner[2] << 2) & 1
+        # No active cell has this node: all cells around it have one sign, that of any node they share with the cell.
+        return self.sign(cell, tuple(clamp(node[k], cell[k], cell[k] + 1) for k in range(3)))
+
+    # ---- 11.2 Points, 11.3 normals and inputs ----
+
+    def predict(self):
+        neighbours = [self.across(cell) for cell in self.list]
+        self.start = [[FRAMES[c][0][k] + 4 >> 3 for k in range(3)] for c in self.cells.values()]
+        self.points = [list(p) for p in self.start]
+        for _ in range(3):
+            following = []
+            for i, cell in enumerate(self.list):
+                point = [clamp(m, 41, 2007) for m in self.mean_around(i, neighbours[i])]
+                for k in range(3):
+                    if cell[k] in (0, self.nodes[k] - 2):
+                        point[k] = self.start[i][k]
+                following.append(point)
+            self.points = following
+        self.normals, self.balances = zip(*(self.normal(cell) for cell in self.list)) if self.list else ((), ())
+        self.inputs = [self.inputs_of(i, neighbours[i]) for i in range(len(self.list))]
+
+    def way(self, i, face, other):
+        """From the point of cell i to that of the cell across a face."""
+        if other is None:
+            return [0, 0, 0]
+        j = self.number[other]
+        return [self.points[j][k] + 2048 * FACES[face][k] - self.points[i][k] for k in range(3)]
+
+    def mean_around(self, i, across):
+        total = [6 * self.points[i][k] + sum(self.way(i, f, o)[k] for f, o in enumerate(across)) for k in range(3)]
+        return [((6144 + t) * 10923 >> 16) - 1024 for t in total]
+
+    def normal(self, cell):
+        total, balance = [0, 0, 0], 0
+        for d in product(range(-1, 3), repeat=3):
+            twice = [2 * x - 1 for x in d]
+            weight = (44, 16, 6, 2)[sum(abs(t) > 1 for t in twice)]
+            weight = -weight if self.sign(cell, plus(cell, d)) else weight
+            total = [t + weight * w for t, w in zip(total, twice)]
+            balance += weight
+        square = dot(total, total)
+        if square == 0:
+            return FRAMES[self.cells[cell]][1], balance
+        inverse = (1 << 40) // isqrt(square << 20)
+        return [t * inverse >> 16 for t in total], balance
+
+    def inputs_of(self, i, across):
+        point, normal = self.points[i], self.normals[i]
+        ways = [self.way(i, f, o) for f, o in enumerate(across)]
+        others = [i if o is None else self.number[o] for o in across]
+        total = [sum(w[k] for w in ways) for k in range(3)]
+        planes = sum(dot(w, self.normals[j]) >> 14 for w, j in zip(ways, others))
+        cosines = sum(dot(normal, self.normals[j]) >> 18 for j in others)
+        moved = [p - s for p, s in zip(point, self.start[i])]
+        return ([8 * (dot(moved, normal) >> 14), limited(2 * (dot(total, normal) >> 14)), 8 * self.balances[i],
+                 sum(self.balances[j] for j in others), 8 * (dot([1024 - p for p in point], normal) >> 14), limited(2 * planes)],
+                clamp((6 * 1024 - cosines) * 6 >> 10, 0, 15))
+
+    # ---- 11.4 What coded neighbours say ----
+
+    def coded(self, i, odd):
+        """Mean heights, nearer and further, and the activity."""
+        if not self.tools & NEIGHBOURS:
+            return 0, 0, 32
+        near, far = [], []
+        for d in AROUND:
+            j = self.number.get(plus(self.list[i], d))
+            if j is None:
+                continue
+            differ = sum(map(abs, d))
+            if odd:
+                if differ != 2:
+                    (near if differ == 1 else far).append(j)
+            elif differ == 2 and j < i:
+                near.append(j)
+        if not near and not far:
+            return 0, 0, 32
+        means = [mean(sum(self.heights[j] for j in group), len(group)) if group else None for group in (near, far)]
+        near_mean = means[1] if means[0] is None else means[0]
+        far_mean = (0 if not odd else near_mean) if means[1] is None else means[1]
+        near_weight = 3 if odd else 1
+        total = near_weight * sum(self.magnitudes[j] for j in near) + sum(self.magnitudes[j] for j in far)
+        activity = min(31, isqrt(4 * mean(64 * total, near_weight * len(near) + len(far))))
+        return near_mean, far_mean, activity
+
+    # ---- 11.5 Heights, 11.6 residuals ----
+
+    def residual(self, stream, odd, activity, bend, corners):
+        def decision(name, first, second):
+            weights = weights_of(self.models, (name, "weights", activity // 4, odd))
+            return mixed(stream, model(self.models, (name, *first)), model(self.models, (name, *second)), weights, 720)
+
+        if decision("zero", ("activity", activity, bend, odd), ("corners", corners, odd)):
+            return 0
+        negative = stream.decision(model(self.models, ("height negative", corners, odd)))
+        value = 1
+        while value <= 2 and decision(f"above {value}", ("activity", activity, bend // 4, odd), ("corners", corners, odd)):
+            value += 1
+        if value > 2:
+            value = 2 + magnitude(stream, self.models, ("height", activity // 4))
+        return -value if negative else value
+
+    def vertices(self):
+        if not self.list:
+            require(not self.packet.section(VERTICES, 0), "vertices are left over")
+            return []
+        self.predict()
+        front = Fields(self.packet.section(VERTICES, 0))
+        fields = Fields(front.take(front.varint(0, MASK64)))
+        weights = [[fields.svarint() for _ in range(8)] for _ in range(2)]
+        require(all(abs(w) <= 1023 for colour in weights for w in colour), "a weight is not from -1023 to 1023")
+        stream = Stream(front.data[front.at:])
+        self.heights, self.magnitudes = [0] * len(self.list), [0] * len(self.list)
+        for odd in (0, 1):
+            for i, cell in enumerate(self.list):
+                if sum(cell) % 2 != odd:
+                    continue
+                near, far, activity = self.coded(i, odd)
+                inputs, bend = self.inputs[i]
+                expected = clamp(128 + dot(weights[odd], [near, far, *inputs]) >> 8, -CELL, CELL)
+                residual = self.residual(stream, odd, activity, bend, self.cells[cell])
+                self.heights[i] = limited(expected + residual * self.packet.step)
+                self.magnitudes[i] = min(abs(residual), 15)
+        stream.used_up()
+        return [in_grid(cell, [clamp(8 * self.points[i][k] + (self.heights[i] * self.normals[i][k] + 8192 >> 14), 0, CELL)
+                               for k in range(3)]) for i, cell in enumerate(self.list)]

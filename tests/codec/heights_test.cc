@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Profile main: what signs predict, mixed decisions, and heights there and back.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "entropy/mixer.h"
+#include "extract/sign_bitmap.h"
+#include "lattice/surroundings.h"
+#include "made.h"
+#include "packets.h"
+#include "wild.h"
+
+namespace isoreel {
+namespace {
+
+TEST(Mixer, SquashRisesAndStretchIsItsInverse) {
+  for (std::int32_t x = -logistic::kLimit; x < logistic::kLimit; ++x) {
+    ASSERT_LE(logistic::squash(x), logistic::squash(x + 1));
+    ASSERT_NEAR(logistic::squash(x), 65536 / (1 + std::exp(-x / 256.0)), 500) << x;
+  }
+  for (std::int32_t p = 16; p < 4080; ++p) {
+    const std::int32_t x = logistic::kStretched[static_cast<std::size_t>(p)];
+    ASSERT_LE(logistic::squash(x), 16 * p);
+    ASSERT_GT(logistic::squash(x + 1), 16 * p);
+  }
+}
+
+TEST(Mixer, FollowsTheModelThatKnows) {
+  // One model sees what decides the bit, the other one sees noise.
+  made::Random random(1);
+  std::array<BitModel, 2> knows;
+  std::array<BitModel, 4> guesses;
+  MixWeights weights;
+  Bytes bytes;
+  std::vector<bool> bits;
+  std::vector<std::array<std::size_t, 2>> contexts;
+  for (int i = 0; i < 20000; ++i) {
+    contexts.push_back({random() % 2, random() % 4});
+    bits.push_back((contexts.back()[0] == 1) != (random() % 50 == 0));
+  }
+  RangePut put(bytes);
+  for (std::size_t i = 0; i < bits.size(); ++i)
+    codeMixed(put, {knows[contexts[i][0]], guesses[contexts[i][1]], weights}, bits[i]);
+  put.finish();
+  EXPECT_LT(bytes.size() * 8, bits.size() / 5);  // entropy: 0.141 bits; a model that knows nothing needs 1
+  knows.fill({});
+  guesses.fill({});
+  weights = {};
+  RangeGet get(bytes);
+  for (std::size_t i = 0; i < bits.size(); ++i)
+    ASSERT_EQ(codeMixed(get, {knows[contexts[i][0]], guesses[contexts[i][1]], weights}, false), bits[i]);
+  EXPECT_TRUE(get.finished());
+}
+
+TEST(Mixer, NoDecisionOfAVertexIsCheaperThanAVertexMayBe) {
+  EXPECT_GT(-std::log2(1 - Mix::kFloor / 65536.0), 8 / 512.0);
+}
+
+TEST(Surroundings, AreWhatTheBitmapSays) {
+  for (const made::Made& m : made::all()) {
+    SCOPED_TRACE(m.name);
+    const SignBitmap bitmap =
+        *SignBitmap::make(m.volume, m.isovalue, m.inside, NonFinite::kOutside, serialFor);
+    const std::vector<Cell> cells = bitmap.activeCells(serialFor);
+    CellIndex index;
+    index.build(cells);
+    Surroundings around;
+    around.build(cells, index);
+    const auto& nodes = m.volume.grid.nodes;
+    const auto sign = [&](std::int64_t x, std::int64_t y, std::int64_t z) {
+      const auto limited = [&](std::int64_t v, std::size_t k) {
+        return static_cast<std::uint32_t>(std::clamp<std::int64_t>(v, 0, nodes[k] - 1));
+      };
+      return bitmap.at(limited(x, 0), limited(y, 1), limited(z, 2));
+    };
+    std::array<std::size_t, 2> seen{};
+    for (std::uint32_t i = 0; i < cells.size(); ++i) {
+      const Cell& c = cells[i];
+      for (int node = 0; node < 64; ++node) {
+        ASSERT_EQ(around.signs[i] >> node & 1,
+                  sign(c.x + (node & 3) - 1, c.y + (node >> 2 & 3) - 1, c.z + (node >> 4) - 1));
+      }
+      const auto& list = around.colours[static_cast<std::size_t>(c.x + c.y + c.z) & 1];
+      ASSERT_EQ(list.cells[seen[static_cast<std::size_t>(c.x + c.y + c.z) & 1]++], i);
+      for (std::size_t face = 0; face < 6; ++face) {
+        std::array<std::int32_t, 3> to{c.x, c.y, c.z};
+        to[face / 2] += face % 2 == 0 ? -1 : 1;
+        std::uint32_t inside = 0;
+        for (std::uint32_t j = 0; j < 8; ++j)
+          inside += (j >> face / 2 & 1) == face % 2 ? c.corners >> j & 1u : 0u;
+        const std::uint32_t other = index.find(to[0], to[1], to[2]);
+        const bool taken = inside != 0 && inside != 4 && other != CellIndex::kNone;
+        ASSERT_EQ(around.across[i][face], taken ? other : i);
+        ASSERT_EQ(around.faces[i] >> face & 1, taken);
+      }
+    }
+    EXPECT_EQ(seen[0] + seen[1], cells.size());
+  }
+}
+
+// What a decoder gives is what the encoder hashed: each decode() below checks that.
+TEST(Heights, ComeBackWithAnyToolsAndSteps) {
+  for (const made::Made& m : made::all()) {
+    SCOPED_TRACE(m.name);
+    const Surface classic = *Decoder().decode(made::encoded(m).data);
+    for (const std::uint32_t step : {1u, 700u, 2048u}) {
+      HeightSettings heights;
+      heights.neighbours = step != 700;
+      heights.mixed_signs = step != 2048;
+      heights.weigh_rate = step != 1;
+      const Packet packet = made::encodedMain(m, step, heights);
+      const auto surface = Decoder().decode(packet.data);
+      ASSERT_TRUE(surface.ok()) << surface.error().message;
+      EXPECT_EQ(surface->quads, classic.quads);
+      ASSERT_EQ(surface->vertices.size(), classic.vertices.size());
+      for (std::size_t i = 0; i < classic.vertices.size(); ++i) {
+        for (std::size_t k = 0; k < 3; ++k)  // in the same cell
+          ASSERT_LE(std::abs(surface->vertices[i][k] - classic.vertices[i][k]), kCell);
+      }
+      EXPECT_TRUE(checkClosed(*surface).ok());
+    }
+  }
+}
+
+TEST(Heights, BringTheMeshCloserForFewerBytes) {
+  const made::Made m{"sphere", made::sampled(made::gridOf(40, 41, 42), made::sphere(19.3, 20.1, 20.7, 15.2)),
+                     0};
+  const auto rms = [&](const Surface& surface) {
+    double squares = 0, count = 0;
+    for (const Triangle& t : surface.triangles()) {  // at their centroids
+      Vec3d centre{0, 0, 0};
+      for (const std::uint32_t i : t) {
+        for (std::size_t k = 0; k < 3; ++k) centre[k] += surface.world(i)[k] / 3;
+      }
+      const double error = std::hypot(centre[0] - 19.3, centre[1] - 20.1, centre[2] - 20.7) - 15.2;
+      squares += error * error;
+      ++count;
+    }
+    return std::sqrt(squares / count);
+  };
+  const Packet main = made::encodedMain(m, kCell / 16);
+  const Packet coarse = made::encoded(m, kCell / 8);
+  EXPECT_LT(5 * main.data.size(), 3 * coarse.data.size());
+  EXPECT_LT(rms(*Decoder().decode(main.data)), rms(*Decoder().decode(coarse.data)));
+}
+
+TEST(Heights, AreTheSameWhateverRunsInParallel) {
+  const made::Made& m = made::named("level_set");
+  EncoderSettings settings = made::settings(m);
+  settings.configuration.profile = Profile::kMain;
+  const Packet serial = *Encoder::create(settings)->encode(m.volume, {0, 0, 1, m.isovalue});
+  settings.parallel = [](std::size_t count, const std::function<void(std::size_t)>& body) {
+    for (std::size_t i = count; i-- > 0;) body(i);
+  };
+  auto encoder = Encoder::create(settings);
+  EXPECT_EQ(encoder->encode(m.volume, {0, 0, 1, m.isovalue})->data, serial.data);
+  EXPECT_EQ(encoder->encode(m.volume, {0, 0, 1, m.isovalue})->data,
+            serial.data);  // nothing is left of the first frame
+}
+
+TEST(Heights, OfProfileMainAreIntraOnly) {
+  EncoderSettings settings = made::settings(made::named("sphere"));
+  settings.configuration.profile = Profile::kMain;
+  settings.frame_types = FrameTypes::kAuto;
+  const auto encoder = Encoder::create(settings);
+  ASSERT_FALSE(encoder.ok());
+  EXPECT_EQ(encoder.error().code, ErrorCode::kUnsupported);
+}
+
+TEST(Heights, DamageIsRefusedOrHarmless) {
+  const Bytes good = made::wildHeights(made::named("torus"), 300, 9, 1);
+  const made::Parts parts = made::taken(good);
+  made::Random random(2);
+  for (int i = 0; i < 300; ++i) {
+    made::Parts damaged = parts;
+    Bytes& section = damaged.sections.back();
+    if (i % 3 == 0) section.resize(random() % section.size());
+    for (int flips = 0; flips < 3 && !section.empty(); ++flips)
+      section[random() % section.size()] ^= static_cast<std::uint8_t>(1u << random() % 8);
+    const auto surface = Decoder().decode(made::joined(damaged));
+    EXPECT_FALSE(surface.ok());
+  }
+}
+
+}  // namespace
+}  // namespace isoreel
