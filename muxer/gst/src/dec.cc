@@ -72,7 +72,7 @@ struct Plan {
 
 Plan planOf(Element* element, const TimedPacket& timed) {
   State& state = *element->state;
-  Plan plan{timed.time, timed.duration, !timed.packet.header.hidden(), 0};
+  Plan plan{timed.time, timed.duration, timed.shown, 0};
   const GstSegment& segment = state.segment;
   if (plan.shown && segment.format == GST_FORMAT_TIME && GST_CLOCK_TIME_IS_VALID(timed.time)) {
     guint64 end = GST_CLOCK_TIME_IS_VALID(timed.duration) ? timed.time + timed.duration : GST_CLOCK_TIME_NONE;

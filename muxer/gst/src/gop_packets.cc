@@ -25,7 +25,7 @@ TimedPacket packetOf(GstBuffer* buffer, Configuration& configuration) {
       result.duration = toClockTime(static_cast<std::int64_t>(head->duration), configuration.time_base);
   }
   if (const FrameHeader* known = frameHeader(buffer)) header = *known;
-  header.flags = GST_BUFFER_FLAG_IS_SET(buffer, GST_BUFFER_FLAG_DECODE_ONLY) ? FrameHeader::kHidden : 0;
+  result.shown = !GST_BUFFER_FLAG_IS_SET(buffer, GST_BUFFER_FLAG_DECODE_ONLY);
   return result;
 }
 
@@ -37,7 +37,7 @@ void GopPackets::add(TimedPacket timed) {
   FrameHeader& header = timed.packet.header;
   header.position = entries_.size();
   header.back = header.type == PacketType::kIntra ? 0 : last().packet.header.back + 1;
-  if (!header.hidden()) frames_.push_back(entries_.size());
+  if (timed.shown) frames_.push_back(entries_.size());
   entries_.push_back(std::move(timed));
 }
 

@@ -11,11 +11,12 @@
 
 namespace isoreel::gst {
 
-/// A packet, and when it is shown.
+/// A packet, and whether and when it is shown.
 struct TimedPacket {
   Packet packet;
   GstClockTime time = GST_CLOCK_TIME_NONE;
   GstClockTime duration = GST_CLOCK_TIME_NONE;
+  bool shown = true;
 };
 
 /// What a buffer holds. The facts are those of its frame header where it has one (frame_meta.h), else those
