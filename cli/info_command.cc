@@ -8,6 +8,7 @@
 #include "command.h"
 #include "facts.h"
 #include "input.h"
+#include "interrupt.h"
 #include "metadata.h"
 #include "output.h"
 #include "packet_list.h"
