@@ -8,7 +8,10 @@
 namespace isoreel::gst {
 
 TimedPacket packetOf(GstBuffer* buffer, Configuration& configuration) {
-  TimedPacket result{{{}, bytesOf(buffer)}, GST_BUFFER_PTS(buffer), GST_BUFFER_DURATION(buffer)};
+  // matroskademux tells when such packets are decoded, which is the order in which they are shown.
+  TimedPacket result{{{}, bytesOf(buffer)},
+                     GST_BUFFER_PTS_IS_VALID(buffer) ? GST_BUFFER_PTS(buffer) : GST_BUFFER_DTS(buffer),
+                     GST_BUFFER_DURATION(buffer)};
   FrameHeader& header = result.packet.header;
   if (GST_BUFFER_FLAG_IS_SET(buffer, GST_BUFFER_FLAG_DELTA_UNIT)) header.type = PacketType::kPredicted;
   if (const Result<PacketHeader> head = readPacketHeader(result.packet.data)) {

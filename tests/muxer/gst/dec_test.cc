@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gst/check/gstharness.h>
 #include <gtest/gtest.h>
+#include <isoreel/codec/decoder.h>
 
 #include "support.h"
 

@@ -19,10 +19,14 @@ std::string playerOf(const std::string& path) {
   return "playbin uri=file://" + path + " video-sink=\"" + kSmallSink + "\"";
 }
 
+bool settled(Pipeline& pipeline) {
+  return gst_element_get_state(pipeline.get(), nullptr, nullptr, 10 * GST_SECOND) == GST_STATE_CHANGE_SUCCESS;
+}
+
 bool seekTo(Pipeline& pipeline, GstClockTime time) {
   return pipeline.seek(1, GST_FORMAT_TIME, GST_SEEK_FLAG_ACCURATE | GST_SEEK_FLAG_FLUSH,
                        static_cast<gint64>(time)) &&
-         pipeline.wait(GST_MESSAGE_ASYNC_DONE);
+         settled(pipeline);
 }
 
 std::pair<guint64, guint64> shown(const Pipeline& pipeline) {
@@ -38,11 +42,11 @@ std::pair<guint64, guint64> shown(const Pipeline& pipeline) {
   return result;
 }
 
-void seekAtRandom(Pipeline& pipeline, int seeks) {
+void seekAtRandom(Pipeline& pipeline, int seeks, GstClockTime grain) {
   const std::vector<Packet> packets = ballPackets(kFrames);
   std::mt19937 random(7);
   for (int i = 0; i < seeks; ++i) {
-    const GstClockTime time = random() % (kFrames * kFrameTime);
+    const GstClockTime time = random() % (kFrames * kFrameTime) / grain * grain;
     ASSERT_TRUE(seekTo(pipeline, time)) << time << ": " << pipeline.error;
     const auto [frame, hash] = shown(pipeline);
     EXPECT_EQ(frame, time / kFrameTime) << time;

@@ -14,14 +14,18 @@ inline constexpr char kSmallSink[] =
 /// As gst-play-1.0 and other players do it: nothing but the file's name is given.
 std::string playerOf(const std::string& path);
 
+/// Waits until the sink has what it waits for.
+bool settled(Pipeline& pipeline);
+
 /// Seeks, and waits until the frame is there.
 bool seekTo(Pipeline& pipeline, GstClockTime time);
 
 /// Frame and surface hash of the picture that the sink has.
 std::pair<guint64, guint64> shown(const Pipeline& pipeline);
 
-/// Seeks to random times; each time the frame of that time is shown, its surface the right one.
-void seekAtRandom(Pipeline& pipeline, int seeks);
+/// Seeks to random multiples of `grain`; each time the frame of that time is shown, its surface the right
+/// one.
+void seekAtRandom(Pipeline& pipeline, int seeks, GstClockTime grain = 1);
 
 /// Numbers of all frames from now to the end, in order.
 std::vector<guint64> playToTheEnd(Pipeline& pipeline);

@@ -33,7 +33,7 @@ TEST_F(Play, pausesAndGoesOnWithinAGop) {
   EXPECT_EQ(shown(pipeline).first, 9u);
   for (guint64 i = 10; i < 15; ++i) {
     gst_element_send_event(pipeline.get(), gst_event_new_step(GST_FORMAT_BUFFERS, 1, 1, TRUE, FALSE));
-    ASSERT_TRUE(pipeline.wait(GST_MESSAGE_ASYNC_DONE));
+    ASSERT_TRUE(settled(pipeline));
     EXPECT_EQ(shown(pipeline).first, i);
   }
   EXPECT_EQ(playToTheEnd(pipeline), numbersFrom(15));
@@ -65,7 +65,7 @@ TEST_F(Play, backwardShowsEveryFrame) {
   ASSERT_TRUE(pipeline.reach(GST_STATE_PAUSED));
   ASSERT_TRUE(
       pipeline.seek(-1, GST_FORMAT_TIME, GST_SEEK_FLAG_FLUSH, 0, static_cast<gint64>(kFrames * kFrameTime)));
-  ASSERT_TRUE(pipeline.wait(GST_MESSAGE_ASYNC_DONE));
+  ASSERT_TRUE(settled(pipeline));
   EXPECT_EQ(shown(pipeline).first, kFrames - 1);
   std::vector<guint64> expected = numbersFrom(0);
   expected.pop_back();
