@@ -207,9 +207,6 @@ void printSummary(const EncodeOptions& options, const Totals& totals, std::uint6
 
 Status encode(const EncodeOptions& options) {
   const Stopwatch watch;
-  if (options.profile == Profile::kMain && options.frame_types == FrameTypes::kAuto && options.gop > 1)
-    throw CLI::ValidationError("--profile",
-                               "main has frames that decode alone only, as yet: add --frame-types intra");
   ISOREEL_TRY(EncodeTarget::mayStart(options.target));
   const std::uint32_t step = stepUnits(options.step);
   ISOREEL_ASSIGN(const std::unique_ptr<io::VolumeSequence> volumes,
