@@ -30,6 +30,7 @@ void addTagCommand(CLI::App& app, Action& chosen);
 void addChapterCommand(CLI::App& app, Action& chosen);
 void addAttachCommand(CLI::App& app, Action& chosen);
 void addExtractCommand(CLI::App& app, Action& chosen);
+void addConformanceCommand(CLI::App& app, Action& chosen);
 void addDemoCommand(CLI::App& app, Action& chosen);
 
 /// Runs a command line as `main` would ("encode", "-o", …), for the demo. Returns its exit code.

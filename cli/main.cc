@@ -70,6 +70,7 @@ int run(std::vector<std::string> arguments) {
   addChapterCommand(app, chosen);
   addAttachCommand(app, chosen);
   addExtractCommand(app, chosen);
+  addConformanceCommand(app, chosen);
   addDemoCommand(app, chosen);
   try {
     std::reverse(arguments.begin(), arguments.end());  // CLI11 takes them last first

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Makes the golden packets of spec/vectors and their manifest. They are decoded by the tests and by
-// spec/decode.py, never made again by them: what an encoder writes may change, what these packets mean may
-// not.
+// spec/reference_decoder, never made again by them: what an encoder writes may change, what these packets
+// mean may not.
 //
 //   usage: codec_make_vectors FOLDER
 
@@ -121,8 +121,12 @@ class Vectors {
     Json entry = {{"name", name}, {"after", Json(files)}, {"file", write(name, packet)}, {"error", error}};
     manifest_["reject_after"].push_back(entry);
   }
+  /// Leaves the manifest's lists of files as they are.
   bool finish() {
-    std::ofstream(folder_ + "/manifest.json") << manifest_.dump(1) << "\n";
+    std::ifstream in(folder_ + "/manifest.json");
+    Json manifest = in ? Json::parse(in) : Json::object();
+    manifest.update(manifest_);
+    std::ofstream(folder_ + "/manifest.json") << manifest.dump(1) << "\n";
     return !failed_;
   }
 
