@@ -28,8 +28,10 @@ const GEnumValue kInsides[] = {{kInsideAuto, "below for level sets, else above",
                                {static_cast<gint>(Inside::kBelow), "Samples below the isovalue", "below"},
                                {static_cast<gint>(Inside::kAbove), "Samples above the isovalue", "above"},
                                {0, nullptr, nullptr}};
-const GEnumValue kProfiles[] = {{static_cast<gint>(Profile::kClassic), "Tools of the 2006 paper", "classic"},
-                                {0, nullptr, nullptr}};
+const GEnumValue kProfiles[] = {
+    {static_cast<gint>(Profile::kClassic), "Tools of the 2006 paper", "classic"},
+    {static_cast<gint>(Profile::kMain), "One height a vertex, for the mesh", "main"},
+    {0, nullptr, nullptr}};
 const GEnumValue kTypes[] = {
     {static_cast<gint>(FrameTypes::kIntra), "Every frame decodes alone", "intra"},
     {static_cast<gint>(FrameTypes::kAuto), "Predicted where that is smaller", "auto"},
