@@ -73,11 +73,12 @@ Status copyAttachments(const SourceFile& source, Writer& writer) {
   std::vector<std::string> notes;
   ISOREEL_ASSIGN(const auto attachments, openAttachments(source.tracks.front(), notes));
   for (const std::string& note : notes) complain("isoreel: warning: {}: {}\n", source.path, note);
-  for (const auto& [facts, content] : attachments) {
+  for (const lavf::CarrierAttachment& attachment : attachments) {
+    const Attachment& facts = attachment.facts;
     const std::vector<Attachment>& there = writer.info().attachments;
     const bool taken =
         std::any_of(there.begin(), there.end(), [&](const Attachment& a) { return a.name == facts.name; });
-    if (!taken) ISOREEL_TRY(writer.attach(facts.name, facts.media_type, *content));
+    if (!taken) ISOREEL_TRY(writer.attach(facts.name, facts.media_type, *attachment.content));
   }
   return {};
 }

@@ -207,9 +207,6 @@ void printSummary(const EncodeOptions& options, const Totals& totals, std::uint6
 
 Status encode(const EncodeOptions& options) {
   const Stopwatch watch;
-  if (options.profile == Profile::kMain && options.frame_types == FrameTypes::kAuto && options.gop > 1)
-    throw CLI::ValidationError("--profile",
-                               "main has frames that decode alone only, as yet: add --frame-types intra");
   ISOREEL_TRY(EncodeTarget::mayStart(options.target));
   const std::uint32_t step = stepUnits(options.step);
   ISOREEL_ASSIGN(const std::unique_ptr<io::VolumeSequence> volumes,
@@ -411,7 +408,10 @@ void addEncodeCommand(CLI::App& app, Action& chosen) {
           ->default_str("25");
   verb->add_option("--times", options->times, "File with the time of each frame in seconds, one a line")
       ->excludes(fps);
-  verb->add_option("--frames", options->frames, kFramesHelp);
+  verb->add_option("--frames", options->frames,
+                   std::string(kFramesHelp) +
+                       "; shards of one encode, which concat joins into its very bytes, begin and end at "
+                       "multiples of --gop");
   verb->add_option("--tag", options->tags, "Metadata KEY=VALUE; may be repeated")
       ->take_all()
       ->default_str("");

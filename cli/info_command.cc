@@ -8,6 +8,7 @@
 #include "command.h"
 #include "facts.h"
 #include "input.h"
+#include "interrupt.h"
 #include "metadata.h"
 #include "output.h"
 #include "packet_list.h"
@@ -20,6 +21,7 @@ struct InfoOptions {
   std::string track;
   bool json = false;
   bool frames = false;
+  bool follow = false;
   bool packets = false;
   int jobs = 0;
   bool events = false;
@@ -34,13 +36,9 @@ Vec3d corner(const Grid& grid, const std::array<std::uint32_t, 3>& position) {
       Vec3d{position[0] / double{kCell}, position[1] / double{kCell}, position[2] / double{kCell}});
 }
 
-Json frameJson(const Input& input, std::uint64_t frame) {
-  const PacketSource& packets = *input.packets;
-  const Configuration& c = input.configuration;
-  const TimeBase base = input.info.time_base;
-  const FrameHeader& h = packets.header(frame);
-  Json key = nullptr;  // a packet on the way to it is lost
-  if (const auto entry = keyEntry(packets, frame); entry.ok()) key = packets.entryHeader(*entry).number;
+/// `key`: number of the frame that its decoding starts with, null when a packet on the way from there is
+/// lost.
+Json frameJson(const FrameHeader& h, const Configuration& c, TimeBase base, Json key, std::uint64_t bytes) {
   static constexpr std::array<const char*, 3> kKinds{"none", "extracted", "volume"};
   Json box = nullptr;
   if (h.faces > 0) box = {{"min", corner(c.grid, h.box_min)}, {"max", corner(c.grid, h.box_max)}};
@@ -48,8 +46,8 @@ Json frameJson(const Input& input, std::uint64_t frame) {
           {"time", base.seconds(h.time)},
           {"duration", base.seconds(h.duration)},
           {"type", typeName(h.type)},
-          {"key", key},
-          {"bytes", packets.entryBytes(packets.entryOf(frame))},
+          {"key", std::move(key)},
+          {"bytes", bytes},
           {"isovalue", h.isovalue},
           {"vertices", h.vertices},
           {"faces", h.faces},
@@ -63,6 +61,14 @@ Json frameJson(const Input& input, std::uint64_t frame) {
             {"rms", h.error_rms},
             {"max", h.error_max}}},
           {"hash", hashText(h.surface_hash)}};
+}
+
+Json frameJson(const Input& input, std::uint64_t frame) {
+  const PacketSource& packets = *input.packets;
+  Json key = nullptr;
+  if (const auto entry = keyEntry(packets, frame); entry.ok()) key = packets.entryHeader(*entry).number;
+  return frameJson(packets.header(frame), input.configuration, input.info.time_base, std::move(key),
+                   packets.entryBytes(packets.entryOf(frame)));
 }
 
 Json tracksJson(const FileInfo& info) {
@@ -141,16 +147,44 @@ void printFile(const std::string& path, const Json& file, const Input& input) {
     fmt::print("  {:<8} {}\n", printable(key), printable(value));
 }
 
-void printFrames(const Input& input) {
+void printFrameTitles() {
   fmt::print(
       "\n frame        time  type  isovalue    vertices       quads        area      volume  parts  euler  "
       "error rms     max\n");
-  for (std::uint64_t i = 0; i < input.packets->frameCount(); ++i) {
-    const FrameHeader& h = input.packets->header(i);
-    fmt::print(
-        "{:6}  {:10.4f}  {:>4}  {:8.4g}  {:10}  {:10}  {:10.4g}  {:10.4g}  {:5}  {:5}  {:9.4f}  {:6.4f}\n",
-        h.number, input.info.time_base.seconds(h.time), typeName(h.type), h.isovalue, h.vertices, h.faces,
-        h.area, h.volume, h.components, h.euler, h.error_rms, h.error_max);
+}
+
+void printFrame(const FrameHeader& h, TimeBase base) {
+  fmt::print(
+      "{:6}  {:10.4f}  {:>4}  {:8.4g}  {:10}  {:10}  {:10.4g}  {:10.4g}  {:5}  {:5}  {:9.4f}  {:6.4f}\n",
+      h.number, base.seconds(h.time), typeName(h.type), h.isovalue, h.vertices, h.faces, h.area, h.volume,
+      h.components, h.euler, h.error_rms, h.error_max);
+}
+
+// Frames as they come, until the writer is done.
+Status follow(const InfoOptions& options) {
+  ISOREEL_ASSIGN(std::unique_ptr<ByteSource> source,
+                 followFile(options.input, [] { return interrupted.load(); }));
+  lavf::Sniffed bytes;
+  bytes.source = std::move(source);
+  Result<ForwardInput> forward = openForward(std::move(bytes), options.track);
+  if (!forward) return named(forward.status(), options.input);
+  StreamReader& stream = *forward->stream;
+  const TimeBase base = stream.info().time_base;
+  ISOREEL_ASSIGN(const Configuration configuration, readConfiguration(stream.info().configuration));
+  if (!options.json) printFrameTitles();
+  Json key = nullptr;
+  for (;;) {
+    ISOREEL_ASSIGN(const std::optional<Packet> packet, stream.next());
+    if (!packet) return {};
+    const FrameHeader& header = packet->header;
+    if (header.back == 0) key = header.number;
+    if (header.hidden()) continue;
+    if (options.json) {
+      fmt::print("{}\n", dumped(frameJson(header, configuration, base, key, packet->data.size())));
+    } else {
+      printFrame(header, base);
+    }
+    std::fflush(stdout);
   }
 }
 
@@ -182,6 +216,7 @@ void printEvents(const Json& events) {
 }
 
 Status info(const InfoOptions& options) {
+  if (options.follow) return follow(options);
   if (!options.plot.empty()) ISOREEL_TRY(mayWrite(options.plot, options.force));
   ISOREEL_ASSIGN(const Input input, openInput(options.input, options.track));
   Json file = fileJson(input);
@@ -203,7 +238,11 @@ Status info(const InfoOptions& options) {
     return {};
   }
   printFile(options.input, file, input);
-  if (options.frames) printFrames(input);
+  if (options.frames) {
+    printFrameTitles();
+    for (std::uint64_t i = 0; i < input.packets->frameCount(); ++i)
+      printFrame(input.packets->header(i), input.info.time_base);
+  }
   if (options.events) printEvents(file["events"]);
   if (!options.packets) return {};
   fmt::print("\n");
@@ -219,20 +258,28 @@ void addInfoCommand(CLI::App& app, Action& chosen) {
   verb->add_option("input", options->input, kInputHelp)->required();
   verb->add_flag("--frames", options->frames,
                  "The facts of every frame: time, counts, area, volume, components, error");
-  verb->add_flag("--packets", options->packets,
-                 "Type, references and sections of every packet; what the blocks of P packets do");
+  CLI::Option* const packets =
+      verb->add_flag("--packets", options->packets,
+                     "Type, references and sections of every packet; what the blocks of P packets do");
   verb->add_option("--jobs", options->jobs, "Threads for --packets; 0: one a core")
       ->check(CLI::Range(0, 256));
-  verb->add_flag(
+  CLI::Option* const events = verb->add_flag(
       "--events", options->events,
       "Frames where pieces of surface split off or appear, merge or vanish, as far as their number tells");
-  verb->add_option("--plot", options->plot,
-                   "Draw bytes by type of frame, area, volume and pieces over time into this .svg file")
-      ->check(CLI::Validator(
-          [](const std::string& name) { return name.ends_with(".svg") ? "" : "does not end in .svg"; },
-          "FILE.svg"));
+  CLI::Option* const plot =
+      verb->add_option("--plot", options->plot,
+                       "Draw bytes by type of frame, area, volume and pieces over time into this .svg file")
+          ->check(CLI::Validator(
+              [](const std::string& name) { return name.ends_with(".svg") ? "" : "does not end in .svg"; },
+              "FILE.svg"));
   verb->add_flag("--force", options->force, "Replace the picture when it is there already");
   verb->add_flag("--json", options->json, "One JSON object");
+  verb->add_flag("--follow", options->follow,
+                 "The facts of frames as they come, while the file is being written and until its writer "
+                 "finishes; with --json an object a line")
+      ->excludes(packets)
+      ->excludes(events)
+      ->excludes(plot);
   addTrackOption(*verb, options->track);
   verb->callback([options, &chosen] { chosen = [options] { return info(*options); }; });
 }

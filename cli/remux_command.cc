@@ -107,7 +107,7 @@ Status copyPackets(const std::vector<Track>& tracks, Writer& writer, Progress& p
     ISOREEL_ASSIGN(const std::uint64_t id, writer.addTrack({info.time_base, name, info.configuration}));
     ids.push_back(id);
   }
-  for (std::size_t i; (i = earliest(tracks, next)) < tracks.size();) {
+  for (std::size_t i = earliest(tracks, next); i < tracks.size(); i = earliest(tracks, next)) {
     Packet packet{tracks[i].packets->entryHeader(next[i]), {}};
     ISOREEL_ASSIGN(packet.data, tracks[i].packets->entryPacket(next[i]++));
     ISOREEL_TRY(writer.write(packet, ids[i]));

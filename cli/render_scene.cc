@@ -14,25 +14,6 @@
 namespace isoreel::cli {
 namespace {
 
-/// The box of the chosen frames in the world, from their headers; the grid's where a header does not tell it,
-/// as in other containers.
-void addSequence(const Input& input, const FrameRange& range, inspect::Box& box) {
-  for (std::uint64_t i = range.begin; i < range.end; ++i) {
-    const FrameHeader& header = input.packets->header(i);
-    if (header.faces == 0) continue;
-    const bool known = header.box_max != std::array<std::uint32_t, 3>{};
-    for (std::size_t c = 0; c < 8; ++c) {
-      Vec3d cells{};
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        const double end = input.configuration.grid.nodes[axis] - 1.0;
-        cells[axis] = c >> axis & 1 ? (known ? header.box_max[axis] / double{kCell} : end)
-                                    : header.box_min[axis] / double{kCell};
-      }
-      box.add(input.configuration.grid.world(cells));
-    }
-  }
-}
-
 DecodeOptions decodeOptions(const std::optional<int>& level, const Grid& grid) {
   DecodeOptions result;
   if (!level) return result;
@@ -83,7 +64,10 @@ Status Scene::prepare(const FrameRange& range, Product product) {
               fmt::format("{} has {}, too few to stand beside those of {}", source.path,
                           counted(count, "frame"), options_->input)};
     }
-    addSequence(source.input, range, settings_.frame);
+    for (std::uint64_t i = range.begin; i < range.end; ++i) {
+      settings_.frame.join(
+          inspect::boundingBox(source.input.packets->header(i), source.input.configuration.grid));
+    }
   }
   return {};
 }

@@ -172,7 +172,7 @@ Status verifyChunks(const VerifyOptions& options, std::unique_ptr<ByteSource> so
     packet = *std::move(read);
     return true;
   };
-  const Status status = verifyPackets(options, configuration, next, findings, headers);
+  Status status = verifyPackets(options, configuration, next, findings, headers);
   info = stream->info();
   return status;
 }
@@ -306,13 +306,16 @@ Status verify(const VerifyOptions& all) {
   Findings findings{.file = all.input};
   Result<lavf::Sniffed> bytes = openSniffed(all.input);
   const bool pipe = !bytes.ok() || !bytes->source->seekable();
+  auto open = [&, opened = true]() mutable -> Result<lavf::Sniffed> {
+    if (!std::exchange(opened, false)) return openSniffed(all.input);
+    return std::move(bytes);
+  };
   bool carried = false;
   for (const TrackToVerify& track : tracksToVerify(all, pipe)) {
     VerifyOptions options = all;
     options.track = track.choice;
     findings.track = track.name;
-    if (!pipe) bytes = openSniffed(all.input);
-    carried = verifyTrack(options, std::move(bytes), findings);
+    carried = verifyTrack(options, open(), findings);
     if (interrupted) return {ErrorCode::kIo, "interrupted"};
   }
   if (!findings.problems.empty() && !carried && !pipe) scanRest(all, findings);

@@ -116,15 +116,11 @@ Status decodeIntraVertices(ByteSpan bytes, const std::vector<Cell>& cells, const
 }
 
 /// The vertices of an I packet of profile main (spec codec 11).
-Status decodeHeights(ByteSpan bytes, const std::vector<Cell>& cells, const CellIndex& index,
-                     std::int32_t step, std::uint32_t tools, HeightModels& models, HeightFrame& frame,
-                     const Grid& grid, std::vector<std::array<std::int32_t, 3>>& vertices) {
-  HeightHeader header;
-  ByteReader in(bytes);
-  if (!cells.empty()) ISOREEL_TRY(readSized(in, header));
-  RangeGet coder(bytes.subspan(in.position()));
-  frame.build(cells, index, grid);
-  codeHeights(coder, models, header, cells, frame, step, tools,
+Status decodeHeights(ByteSpan bytes, const std::vector<Cell>& cells, std::int32_t step, std::uint32_t tools,
+                     HeightModels& models, HeightFrame& frame,
+                     std::vector<std::array<std::int32_t, 3>>& vertices) {
+  RangeGet coder(bytes);
+  codeHeights(coder, models, {}, cells, frame, step, tools,
               [](std::uint32_t, std::int32_t, const HeightContext&) { return 0; });
   for (std::size_t i = 0; i < cells.size(); ++i) vertices[i] = atHeight(frame.predicted, i, frame.heights[i]);
   return endOf(coder, "vertices");
@@ -215,7 +211,7 @@ Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
   if (predicted) {
     motion_bytes = payload.section(SectionKind::kMotion, 0);
     if (motion_bytes) {
-      ISOREEL_TRY(part.open(*motion_bytes, depth));
+      ISOREEL_TRY(part.open(*motion_bytes, depth, configuration.profile));
       state.reference.buildField();
     }
   }
@@ -246,7 +242,7 @@ Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
       if (level == wanted && level < depth) coarse = surfaceFromSigns(tree.cells(), grid, depth - level);
     }
     if (predicted && motion_bytes && level == part.blockLevel())
-      ISOREEL_TRY(part.decodeMotion(tree.cells(), state.models.motion));
+      ISOREEL_TRY(part.decodeMotion(tree.cells(), state.models, configuration.profile));
   }
   if (coarse && !goes_on) return *std::move(coarse);
   const auto vertex_bytes = payload.section(SectionKind::kVertices, 0);
@@ -261,15 +257,17 @@ Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
   surface.grid = grid;
   surface.vertices.resize(cells.size());
   if (configuration.profile == Profile::kMain) {
-    ISOREEL_TRY(decodeHeights(*vertex_bytes, cells, state.index, steps.normal, configuration.tools,
-                              state.models.heights, state.heights, grid, surface.vertices));
+    state.heights.build(cells, state.index, grid);
+    if (predicted) part.moveHeights(cells, field, state.heights);
+    ISOREEL_TRY(decodeHeights(*vertex_bytes, cells, steps.normal, configuration.tools, state.models.heights,
+                              state.heights, surface.vertices));
   } else if (predicted) {
     ISOREEL_TRY(
         part.decodeVertices(*vertex_bytes, cells, state.index, field, steps, state.models, surface.vertices));
-    if (options.motion != nullptr) *options.motion = part.blocks(cells, field);
   } else {
     ISOREEL_TRY(decodeIntraVertices(*vertex_bytes, cells, steps, state.models.vertices, surface.vertices));
   }
+  if (predicted && options.motion != nullptr) *options.motion = part.blocks(cells, field);
   toGridPositions(cells, surface.vertices);
   surface.quads = dualQuads(cells, state.index);
   if (surface.quads.size() != header.faces) return counts("quads", surface.quads.size(), header.faces);

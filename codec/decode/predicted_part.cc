@@ -10,18 +10,24 @@ Status endOf(const RangeGet& coder, const char* what) {
                                    " (spec codec 6.2)"};
 }
 
-Status PredictedPart::open(ByteSpan section, std::uint32_t depth) {
+Status PredictedPart::open(ByteSpan section, std::uint32_t depth, Profile profile) {
   ByteReader in(section);
-  ISOREEL_TRY(readSized(in, header_));
+  if (profile == Profile::kMain) {
+    ISOREEL_TRY(readSized(in, static_cast<MotionHeader&>(header_)));
+  } else {
+    ISOREEL_TRY(readSized(in, header_));
+  }
   vectors_ = section.subspan(in.position());
   block_level_ = isoreel::blockLevel(depth, header_.block_log2);
   return {};
 }
 
-Status PredictedPart::decodeMotion(std::span<const Cell> blocks, MotionModels& models) {
+Status PredictedPart::decodeMotion(std::span<const Cell> blocks, PacketModels& models, Profile profile) {
+  const bool main = profile == Profile::kMain;
   motion_.build(blocks, header_.block_log2, header_.vector_step);
   RangeGet coder(vectors_);
-  ISOREEL_TRY(motion_.code(coder, models));
+  ISOREEL_TRY(motion_.code(coder, models.motion, main ? &models.blocks : nullptr));
+  if (main) models.blocks = motion_;
   return endOf(coder, "motion vectors");
 }
 

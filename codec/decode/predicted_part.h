@@ -15,18 +15,23 @@ Status endOf(const RangeGet& coder, const char* what);
 class PredictedPart {
  public:
   /// Reads the prediction header. `section` must outlive it; `depth`: of the octree.
-  Status open(ByteSpan section, std::uint32_t depth);
+  Status open(ByteSpan section, std::uint32_t depth, Profile profile);
 
   /// The octree level whose cells are the blocks: those below have signs with temporal context.
   std::uint32_t blockLevel() const { return block_level_; }
   /// Decodes the vectors; `blocks`: the cells of that level.
-  Status decodeMotion(std::span<const Cell> blocks, MotionModels& models);
+  Status decodeMotion(std::span<const Cell> blocks, PacketModels& models, Profile profile);
   const MotionField& motion() const { return motion_; }
 
   /// Decodes the vertices of the active cells, in their cells.
   Status decodeVertices(ByteSpan bytes, std::span<const Cell> cells, const CellIndex& index,
                         const ReferenceField& field, const ResidualSteps& steps, PacketModels& models,
                         std::vector<std::array<std::int32_t, 3>>& vertices);
+  /// The same for profile main: where the moved surface crosses their normals.
+  void moveHeights(std::span<const Cell> cells, const ReferenceField& field, HeightFrame& heights) {
+    motion_.assign(cells);
+    isoreel::moveHeights(field, motion_, cells, heights);
+  }
   /// The blocks, once all of that is done.
   std::vector<MotionBlock> blocks(std::span<const Cell> cells, const ReferenceField& field) const;
 

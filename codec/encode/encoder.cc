@@ -83,9 +83,6 @@ Result<Encoder> Encoder::create(EncoderSettings settings) {
     return {ErrorCode::kInvalidArgument, "motion blocks have 4, 8, 16 or 32 cells a side (spec codec 8.1)"};
   const bool predicts = settings.frame_types == FrameTypes::kAuto && settings.gop > 1;
   const bool main = settings.configuration.profile == Profile::kMain;
-  if (predicts && main)
-    return {ErrorCode::kUnsupported,
-            "profile main has no P packets yet: ask for I packets only (spec codec 11)"};
   settings.configuration.tools = (predicts ? kToolPrediction : 0) |
                                  (main && settings.heights.neighbours ? kToolNeighbours : 0) |
                                  (main && settings.heights.mixed_signs ? kToolMixedSigns : 0);
@@ -173,22 +170,27 @@ Result<Packet> Encoder::State::code(const Volume* volume, const SignBitmap& bitm
   std::optional<VolumeField> field;
   if (main && volume != nullptr)
     field.emplace(*volume, timing.isovalue, settings.configuration.inside, cells);
-  ISOREEL_ASSIGN(CodedFrame coded,
-                 main ? codeIntraHeights(input, field ? &*field : nullptr, settings.configuration.tools,
-                                         settings.heights, settings.parallel, heights)
-                      : codeIntra(input));
+  std::optional<HeightCoder> coder;
+  if (main)
+    coder.emplace(input, field ? &*field : nullptr, settings.configuration.tools, settings.heights,
+                  settings.parallel, heights);
+  ISOREEL_ASSIGN(CodedFrame coded, main ? coder->codeIntra() : codeIntra(input));
   Errors errors = errorsOf(coded.decoded, vertices);
   const bool predicts = (settings.configuration.tools & kToolPrediction) != 0;
   if (predicts && last && timing.number == *last + 1 && timing.number - key < settings.gop) {
     FrameInput with_reference = input;
-    with_reference.steps.tangential = static_cast<std::int32_t>(
-        std::min<std::uint32_t>(kPredictedTangentialRatio * header.step / 2, kCell));
-    ISOREEL_ASSIGN(CodedFrame predicted, codePredicted(with_reference, reference, settings.motion, models));
-    // Where little is predicted, the P frame's coarser steps must not pass for a saving. An I frame is a
-    // place to seek to: worth a fiftieth of it.
+    if (!main) {
+      with_reference.steps.tangential = static_cast<std::int32_t>(
+          std::min<std::uint32_t>(kPredictedTangentialRatio * header.step / 2, kCell));
+    }
+    ISOREEL_ASSIGN(CodedFrame predicted,
+                   main ? coder->codePredicted(reference, settings.motion, models)
+                        : codePredicted(with_reference, reference, settings.motion, models));
+    // Where little is predicted, classic's coarser steps of a P frame must not pass for a saving; in main
+    // both kinds of frame come equally close. An I frame is a place to seek to: worth a fiftieth of it.
     const Errors predicted_errors = errorsOf(predicted.decoded, vertices);
-    const double bytes =
-        static_cast<double>(predicted.payload.size()) + bytesToReach(errors, predicted_errors, cells.size());
+    const double bytes = static_cast<double>(predicted.payload.size()) +
+                         (main ? 0 : bytesToReach(errors, predicted_errors, cells.size()));
     if (50 * bytes < 49 * static_cast<double>(coded.payload.size() + record.size())) {
       errors = predicted_errors;
       coded = std::move(predicted);

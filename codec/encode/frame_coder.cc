@@ -6,7 +6,6 @@
 #include "encode/prediction_fit.h"
 #include "encode/sections.h"
 #include "inter/vertex_stream.h"
-#include "motion/motion_search.h"
 
 namespace isoreel {
 namespace {
@@ -53,48 +52,19 @@ Result<CodedFrame> codePredicted(const FrameInput& frame, const Reference& refer
   CodedFrame coded;
   coded.models = models;
   SignWriter signs(frame, coded);
-  NothingMoved nothing;
   PredictionHeader header;
   header.block_log2 = settings.block_log2;
-  const std::uint32_t block_level = blockLevel(signs.depth(), header.block_log2);
-  for (std::uint32_t level = 0; level <= block_level; ++level) ISOREEL_TRY(signs.write(level, nothing));
-
-  MotionField motion;
-  motion.build(signs.cells(), header.block_log2, header.vector_step);
-  motion.assign(frame.cells);
-  std::vector<std::array<float, 3>> points(frame.cells.size());
   std::vector<std::array<double, 3>> wanted(frame.cells.size());
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const Cell& cell = frame.cells[i];
-    const std::array<std::uint16_t, 3> corner{cell.x, cell.y, cell.z};
-    for (std::size_t k = 0; k < 3; ++k)
-      points[i][k] = static_cast<float>(corner[k]) + static_cast<float>(frame.vertices[i][k]) / kCell;
-    wanted[i] = components(frame.vertices[i], kLocalFrames[cell.corners]);
-  }
-  searchMotion(reference, points, settings, header.vector_step, motion);
-
+  for (std::size_t i = 0; i < wanted.size(); ++i)
+    wanted[i] = components(frame.vertices[i], kLocalFrames[frame.cells[i].corners]);
   std::vector<MovedPlane> planes(frame.cells.size());
-  MovedPlanes moved_planes(reference.field(), motion, frame.cells);
-  for (std::uint32_t i = 0; i < planes.size(); ++i) planes[i] = moved_planes(i);
-  fitPrediction(frame.cells, frame.index, planes, frame.vertices, wanted, frame.steps.normal, header);
-
-  const std::size_t motion_start = coded.payload.size();
-  ISOREEL_TRY(writeSized(coded.payload, header));
-  const auto head = static_cast<std::uint32_t>(coded.payload.size() - motion_start);
-  Status status;
-  addSection(coded, SectionKind::kMotion, 0,
-             [&](RangePut& coder) { status = motion.code(coder, coded.models.motion); });
-  ISOREEL_TRY(status);
-  if (coded.payload.size() == motion_start + head)
-    coded.sections.push_back({static_cast<std::uint32_t>(SectionKind::kMotion), 0, 0});
-  coded.sections.back().bytes += head;
-  coded.sizes.motion = coded.sections.back().bytes;
-
-  MovedSigns moved(reference.field(), motion, coded.models.moved_signs);
-  for (std::uint32_t level = block_level + 1; level <= signs.depth(); ++level) {
-    moved.start(signs.depth() - level);
-    ISOREEL_TRY(signs.write(level, moved));
-  }
+  const auto chosen = [&](const MotionField& motion) {
+    MovedPlanes moved_planes(reference.field(), motion, frame.cells);
+    for (std::uint32_t i = 0; i < planes.size(); ++i) planes[i] = moved_planes(i);
+    fitPrediction(frame.cells, frame.index, planes, frame.vertices, wanted, frame.steps.normal, header);
+  };
+  ISOREEL_ASSIGN(const MotionField motion,
+                 writeMovedSigns(frame, reference, settings, header, signs, coded, nullptr, chosen));
 
   struct Choice {
     const FrameInput& frame;

@@ -2,11 +2,10 @@
 #include "encode/height_coder.h"
 
 #include <cmath>
-#include <optional>
 
 #include "encode/height_fit.h"
 #include "encode/sections.h"
-#include "extract/surface_fit.h"
+#include "inter/vertex_stream.h"
 #include "lattice/dual_mesh.h"
 
 namespace isoreel {
@@ -20,6 +19,9 @@ constexpr int kRatePasses = 2;
 // A bit is worth this many squared steps of one sample; less in even cells, since odd ones are predicted from
 // them.
 constexpr std::array<double, 2> kBitWorth{0.3, 0.9};
+
+// Finer vectors cost more than they save.
+constexpr std::uint32_t kVectorStep = kCell / 4;
 
 /// Bits of a decision with probability one / 65536 of a 1.
 double cost(std::int32_t one, bool bit) {
@@ -37,13 +39,11 @@ double cost(std::int32_t one, bool bit) {
 class ResidualCosts {
  public:
   ResidualCosts(HeightModels& models, const HeightContext& context) {
-    const std::int32_t zero = models.zero(context).one();
-    const std::int32_t more1 = models.more(context, 1).one(), more2 = models.more(context, 2).one();
-    negative_ = models.negative(context).one;
-    zero_ = cost(zero, true);
-    ones_ = cost(zero, false) + cost(more1, false);
-    twos_ = cost(zero, false) + cost(more1, true) + cost(more2, false);
-    rest_ = cost(zero, false) + cost(more1, true) + cost(more2, true);
+    if (context.moved) {
+      set<3>(models, context);
+    } else {
+      set<2>(models, context);
+    }
   }
   double of(std::int32_t residual) const {
     if (residual == 0) return zero_;
@@ -55,16 +55,27 @@ class ResidualCosts {
   }
 
  private:
+  template <std::size_t N>
+  void set(HeightModels& models, const HeightContext& context) {
+    const std::int32_t zero = models.zero<N>(context).one();
+    const std::int32_t more1 = models.more<N>(context, 1).one(), more2 = models.more<N>(context, 2).one();
+    negative_ = models.negative(context).one;
+    zero_ = cost(zero, true);
+    ones_ = cost(zero, false) + cost(more1, false);
+    twos_ = cost(zero, false) + cost(more1, true) + cost(more2, false);
+    rest_ = cost(zero, false) + cost(more1, true) + cost(more2, true);
+  }
+
   std::int32_t negative_;
   double zero_, ones_, twos_, rest_;
 };
 
-/// How far along its normal a vertex lies from its predicted point, 1/16384 of a cell.
-double heightOf(const SignPrediction& predicted, std::size_t i, const std::array<std::int32_t, 3>& vertex) {
+/// How far along its normal a vertex lies from its predicted point, in cells.
+float heightOf(const SignPrediction& predicted, std::size_t i, const std::array<std::int32_t, 3>& vertex) {
   double height = 0;
   for (std::size_t k = 0; k < 3; ++k)
     height += static_cast<double>((vertex[k] - 8 * predicted.points[i].v[k]) * predicted.normals[i].v[k]);
-  return height / kCell;
+  return static_cast<float>(height / kCell / kCell);
 }
 
 std::int32_t limited(double value) {
@@ -73,38 +84,62 @@ std::int32_t limited(double value) {
 
 }  // namespace
 
-Result<CodedFrame> codeIntraHeights(const FrameInput& frame, const VolumeField* field, std::uint32_t tools,
-                                    const HeightSettings& choices, const ParallelFor& parallel,
-                                    HeightFrame& heights) {
-  CodedFrame coded;
-  coded.models.signs.mixed = (tools & kToolMixedSigns) != 0;
-  ISOREEL_TRY(SignWriter(frame, coded).writeAll());
-  if (frame.cells.empty()) return coded;
+HeightCoder::HeightCoder(const FrameInput& frame, const VolumeField* field, std::uint32_t tools,
+                         const HeightSettings& settings, const ParallelFor& parallel, HeightFrame& heights)
+    : frame_(frame), tools_(tools), settings_(settings), heights_(heights) {
   heights.build(frame.cells, frame.index, frame.grid);
-  std::optional<SurfaceFit> fit;
-  std::vector<Quad> quads;
-  if (field != nullptr) {
-    quads = dualQuads(frame.cells, frame.index);
-    fit.emplace(*field, frame.cells, heights, quads, frame.grid, parallel);
-    fit->toSurface();
-    if (choices.fit_triangles) fit->optimise(kFitRounds);
+  if (field == nullptr) {
+    for (std::size_t i = 0; i < frame.cells.size(); ++i)
+      wanted_.push_back(heightOf(heights.predicted, i, frame.vertices[i]));
+    return;
   }
-  std::vector<double> wanted(frame.cells.size());  // 1/16384 of a cell
-  for (std::size_t i = 0; i < wanted.size(); ++i) {
-    wanted[i] = fit ? static_cast<double>(fit->heights()[i]) * kCell
-                    : heightOf(heights.predicted, i, frame.vertices[i]);
-    heights.heights[i] = static_cast<std::int16_t>(std::lround(std::clamp(wanted[i], -32767.0, 32767.0)));
-  }
-  const HeightHeader header = fitHeights(heights, tools);
+  quads_ = dualQuads(frame.cells, frame.index);
+  fit_.emplace(*field, frame.cells, heights, quads_, frame.grid, parallel);
+  fit_->toSurface();
+  if (settings.fit_triangles) fit_->optimise(kFitRounds);
+  wanted_ = fit_->heights();
+}
 
-  const std::int32_t step = frame.steps.normal;
+Result<CodedFrame> HeightCoder::codeIntra() {
+  CodedFrame coded;
+  coded.models.signs.mixed = (tools_ & kToolMixedSigns) != 0;
+  ISOREEL_TRY(SignWriter(frame_, coded).writeAll());
+  heights_.moved.clear();
+  ISOREEL_TRY(codeVertices(coded));
+  return coded;
+}
+
+Result<CodedFrame> HeightCoder::codePredicted(const Reference& reference, const MotionSettings& settings,
+                                              const PacketModels& models) {
+  CodedFrame coded;
+  coded.models = models;
+  SignWriter signs(frame_, coded);
+  MotionHeader header;
+  header.block_log2 = settings.block_log2;
+  header.vector_step = kVectorStep;
+  ISOREEL_ASSIGN(MotionField motion, writeMovedSigns(frame_, reference, settings, header, signs, coded,
+                                                     &models.blocks, [](const MotionField&) {}));
+  coded.models.blocks = motion;
+  moveHeights(reference.field(), motion, frame_.cells, heights_);
+  ISOREEL_TRY(codeVertices(coded));
+  return coded;
+}
+
+Status HeightCoder::codeVertices(CodedFrame& coded) {
+  if (frame_.cells.empty()) return {};
+  for (std::size_t i = 0; i < wanted_.size(); ++i)
+    heights_.heights[i] =
+        static_cast<std::int16_t>(std::clamp(std::lround(wanted_[i] * kCell), -32767L, 32767L));
+  const std::int32_t step = frame_.steps.normal;
   const double step_in_cells = static_cast<double>(step) / kCell;
-  HeightModels models;
+  const HeightWeights weights = fitHeights(heights_, tools_, step_in_cells, coded.models.heights.weights);
+  const HeightModels before = coded.models.heights;
+  HeightModels& models = coded.models.heights;
   const auto nearest = [&](std::uint32_t i, std::int32_t expected, const HeightContext&) {
-    return limited((wanted[i] - expected) / step);
+    return limited((static_cast<double>(wanted_[i]) * kCell - expected) / step);
   };
   const auto cheapest = [&](std::uint32_t i, std::int32_t expected, const HeightContext& context) {
-    const SurfaceFit::Bowl bowl = fit->bowl(i);
+    const SurfaceFit::Bowl bowl = fit_->bowl(i);
     const ResidualCosts costs(models, context);
     const double exact = (static_cast<double>(bowl.best) * kCell - expected) / step;
     const std::int32_t middle = limited(exact);
@@ -119,34 +154,33 @@ Result<CodedFrame> codeIntraHeights(const FrameInput& frame, const VolumeField* 
         best = residual;
       }
     }
-    fit->set(i, static_cast<float>(std::clamp(expected + best * step, -32767, 32767)) / kCell);
+    fit_->set(i, static_cast<float>(std::clamp(expected + best * step, -32767, 32767)) / kCell);
     return best;
   };
   const std::size_t start = coded.payload.size();
   const auto write = [&](const auto& choose) {
     coded.payload.resize(start);
-    Status status = writeSized(coded.payload, header);
     RangePut coder(coded.payload);
-    models.reset();
-    codeHeights(coder, models, header, frame.cells, heights, step, tools, choose);
+    models = before;
+    codeHeights(coder, models, weights, frame_.cells, heights_, step, tools_, choose);
     coder.finish();
-    return status;
   };
-  if (fit && choices.weigh_rate) {
+  if (fit_ && settings_.weigh_rate) {
+    fit_->setAll(wanted_);
     for (int pass = 0; pass < kRatePasses; ++pass) {
-      fit->linearise();
-      ISOREEL_TRY(write(cheapest));
+      fit_->linearise();
+      write(cheapest);
     }
   } else {
-    ISOREEL_TRY(write(nearest));
+    write(nearest);
   }
   coded.sections.push_back({static_cast<std::uint32_t>(SectionKind::kVertices), 0,
                             static_cast<std::uint32_t>(coded.payload.size() - start)});
   coded.sizes.vertices = coded.payload.size() - start;
-  coded.decoded.resize(frame.cells.size());
-  for (std::size_t i = 0; i < frame.cells.size(); ++i)
-    coded.decoded[i] = atHeight(heights.predicted, i, heights.heights[i]);
-  return coded;
+  coded.decoded.resize(frame_.cells.size());
+  for (std::size_t i = 0; i < frame_.cells.size(); ++i)
+    coded.decoded[i] = atHeight(heights_.predicted, i, heights_.heights[i]);
+  return {};
 }
 
 }  // namespace isoreel

@@ -1,16 +1,37 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <optional>
+
 #include "encode/frame_coder.h"
-#include "extract/volume_field.h"
-#include "intra/height_stream.h"
+#include "extract/surface_fit.h"
 
 namespace isoreel {
 
-/// Codes a frame by itself in profile main (spec codec 4 and 11). `field`: for which heights are chosen;
-/// null: for the frame's vertices. `heights` keeps its memory from frame to frame.
-Result<CodedFrame> codeIntraHeights(const FrameInput& frame, const VolumeField* field, std::uint32_t tools,
-                                    const HeightSettings& choices, const ParallelFor& parallel,
-                                    HeightFrame& heights);
+/// Codes one frame in profile main (spec codec 4 and 11).
+class HeightCoder {
+ public:
+  /// `field`: for which heights are chosen; null: for the frame's vertices. `tools`: of the record. `heights`
+  /// keeps its memory from frame to frame. All must outlive it.
+  HeightCoder(const FrameInput& frame, const VolumeField* field, std::uint32_t tools,
+              const HeightSettings& settings, const ParallelFor& parallel, HeightFrame& heights);
+
+  /// By itself.
+  Result<CodedFrame> codeIntra();
+  /// From `reference`, going on with `models`.
+  Result<CodedFrame> codePredicted(const Reference& reference, const MotionSettings& motion,
+                                   const PacketModels& models);
+
+ private:
+  Status codeVertices(CodedFrame& coded);
+
+  const FrameInput& frame_;
+  std::uint32_t tools_;
+  HeightSettings settings_;
+  HeightFrame& heights_;
+  std::vector<Quad> quads_;
+  std::optional<SurfaceFit> fit_;
+  std::vector<float> wanted_;  // heights, in cells
+};
 
 }  // namespace isoreel

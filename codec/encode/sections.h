@@ -5,6 +5,7 @@
 #include "encode/frame_coder.h"
 #include "extract/octree.h"
 #include "intra/sign_tree.h"
+#include "motion/motion_search.h"
 
 namespace isoreel {
 
@@ -66,5 +67,49 @@ class SignWriter {
   SignTree<RangePut, OctreeTruth> tree_;
   CodedFrame& coded_;
 };
+
+/// All levels of a P frame's signs and, in front of those that need it, its motion section: header and
+/// vectors, which are searched for. `before`: in profile main, the blocks of the packet before, else null.
+/// chosen(motion) may change the header before it is written.
+template <class Header, class Chosen>
+Result<MotionField> writeMovedSigns(const FrameInput& frame, const Reference& reference,
+                                    const MotionSettings& settings, Header& header, SignWriter& signs,
+                                    CodedFrame& coded, const MotionField* before, Chosen chosen) {
+  NothingMoved nothing;
+  const std::uint32_t block_level = blockLevel(signs.depth(), header.block_log2);
+  for (std::uint32_t level = 0; level <= block_level; ++level) ISOREEL_TRY(signs.write(level, nothing));
+
+  MotionField motion;
+  motion.build(signs.cells(), header.block_log2, header.vector_step);
+  motion.assign(frame.cells);
+  std::vector<std::array<float, 3>> points(frame.cells.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Cell& cell = frame.cells[i];
+    const std::array<std::uint16_t, 3> corner{cell.x, cell.y, cell.z};
+    for (std::size_t k = 0; k < 3; ++k)
+      points[i][k] = static_cast<float>(corner[k]) + static_cast<float>(frame.vertices[i][k]) / kCell;
+  }
+  searchMotion(reference, points, settings, header.vector_step, before, motion);
+  chosen(motion);
+
+  const std::size_t motion_start = coded.payload.size();
+  ISOREEL_TRY(writeSized(coded.payload, header));
+  const auto head = static_cast<std::uint32_t>(coded.payload.size() - motion_start);
+  Status status;
+  addSection(coded, SectionKind::kMotion, 0,
+             [&](RangePut& coder) { status = motion.code(coder, coded.models.motion, before); });
+  ISOREEL_TRY(status);
+  if (coded.payload.size() == motion_start + head)
+    coded.sections.push_back({static_cast<std::uint32_t>(SectionKind::kMotion), 0, 0});
+  coded.sections.back().bytes += head;
+  coded.sizes.motion = coded.sections.back().bytes;
+
+  MovedSigns moved(reference.field(), motion, coded.models.moved_signs);
+  for (std::uint32_t level = block_level + 1; level <= signs.depth(); ++level) {
+    moved.start(signs.depth() - level);
+    ISOREEL_TRY(signs.write(level, moved));
+  }
+  return motion;
+}
 
 }  // namespace isoreel

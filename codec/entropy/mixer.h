@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Two models' probabilities made one in the logistic domain, in integers (spec codec 11.6). After M. Mahoney,
-// Adaptive Weighing of Context Models for Lossless Data Compression, 2005.
+// Several models' probabilities made one in the logistic domain, in integers (spec codec 11.6). After M.
+// Mahoney, Adaptive Weighing of Context Models for Lossless Data Compression, 2005.
 #pragma once
 
 #include <algorithm>
@@ -46,25 +46,33 @@ inline constexpr auto kStretched = [] {
 
 }  // namespace logistic
 
-/// How far to trust each of two models.
+/// No mixed decision of a vertex costs less than 1/64 of a bit: see spec codec 6.1.
+inline constexpr std::int32_t kVertexFloor = 720;
+
+/// How far to trust each of N models.
+template <std::size_t N>
 struct MixWeights {
-  static constexpr std::int32_t kLimit = 1 << 18;
-  std::array<std::int32_t, 2> w{39322, 39322};  // 1/65536
+  static_assert(N == 2 || N == 3);
+  static constexpr std::int32_t kLimit = 1 << 18;  // sums of N products with logits fit 32 bits
+  static constexpr std::int32_t kStart = N == 2 ? 39322 : 26214;
+
+  std::array<std::int32_t, N> w;  // 1/65536
+  MixWeights() { w.fill(kStart); }
 };
 
-/// A decision that two models are asked about.
+/// A decision that N models are asked about.
+template <std::size_t N>
 class Mix {
  public:
-  /// No decision costs less than 1/64 of a bit: see spec codec 6.1.
-  static constexpr std::int32_t kFloor = 720;
-
   /// Probabilities are kept `floor` away from 0 and 1.
-  Mix(BitModel& a, BitModel& b, MixWeights& weights, std::int32_t floor = kFloor)
-      : models_{&a, &b},
-        weights_(weights),
-        logits_{logistic::kStretched[a.one >> 4], logistic::kStretched[b.one >> 4]} {
-    const std::int32_t sum = (weights.w[0] * logits_[0] + weights.w[1] * logits_[1]) >> 16;
-    const std::int32_t x = std::clamp(sum, -logistic::kLimit, logistic::kLimit);
+  Mix(const std::array<BitModel*, N>& models, MixWeights<N>& weights, std::int32_t floor)
+      : models_(models), weights_(weights) {
+    std::int32_t sum = 0;
+    for (std::size_t i = 0; i < N; ++i) {
+      logits_[i] = logistic::kStretched[models[i]->one >> 4];
+      sum += weights.w[i] * logits_[i];
+    }
+    const std::int32_t x = std::clamp(sum >> 16, -logistic::kLimit, logistic::kLimit);
     one_ = std::clamp<std::int32_t>(logistic::kSquashed[static_cast<std::size_t>(x + logistic::kLimit)],
                                     floor, 65536 - floor);
   }
@@ -73,23 +81,23 @@ class Mix {
   /// Learns what it was.
   void update(bool bit) {
     const std::int32_t error = (bit ? 65536 : 0) - one_;
-    for (std::size_t i = 0; i < 2; ++i) {
+    for (std::size_t i = 0; i < N; ++i) {
       std::int32_t& w = weights_.w[i];
-      w = std::clamp(w + ((logits_[i] * error + 8192) >> 14), -MixWeights::kLimit, MixWeights::kLimit);
+      w = std::clamp(w + ((logits_[i] * error + 8192) >> 14), -MixWeights<N>::kLimit, MixWeights<N>::kLimit);
       models_[i]->update(bit);
     }
   }
 
  private:
-  std::array<BitModel*, 2> models_;
-  MixWeights& weights_;
-  std::array<std::int32_t, 2> logits_;
+  std::array<BitModel*, N> models_;
+  MixWeights<N>& weights_;
+  std::array<std::int32_t, N> logits_;
   std::int32_t one_;
 };
 
 /// Puts or gets the decision.
-template <class Coder>
-bool codeMixed(Coder& coder, Mix mix, bool bit) {
+template <class Coder, std::size_t N>
+bool codeMixed(Coder& coder, Mix<N> mix, bool bit) {
   const bool result = coder.codeAt(static_cast<std::uint32_t>(mix.one()), bit);
   mix.update(result);
   return result;

@@ -37,6 +37,7 @@ class SurfaceFit {
   };
   Bowl bowl(std::uint32_t i) const;
   void set(std::uint32_t i, float height);
+  void setAll(const std::vector<float>& heights) { heights_ = heights; }
   void linearise();
 
  private:

@@ -25,7 +25,7 @@ void MotionField::assign(std::span<const Cell> active) {
   }
 }
 
-MotionField::Expected MotionField::expected(const Block& block) const {
+MotionField::Expected MotionField::expected(const Block& block, const MotionField* before) const {
   Expected result;
   for (const Block* neighbour : {find(block.x - 1, block.y, block.z), find(block.x, block.y - 1, block.z),
                                  find(block.x, block.y, block.z - 1)}) {
@@ -33,8 +33,18 @@ MotionField::Expected MotionField::expected(const Block& block) const {
     ++result.count;
     for (std::size_t k = 0; k < 3; ++k) result.vector[k] += neighbour->vector[k];
   }
-  if (result.count > 1) {
-    for (std::int32_t& v : result.vector) v /= static_cast<std::int32_t>(result.count);
+  auto parts = static_cast<std::int32_t>(result.count);
+  if (before != nullptr && !before->blocks_.empty() && before->block_log2_ == block_log2_ &&
+      before->vector_step_ == vector_step_) {
+    constexpr std::int32_t kWeight = 4;  // motion is steadier in time than in space
+    if (const Block* same = before->find(block.x, block.y, block.z); same != nullptr && same->moves) {
+      for (std::size_t k = 0; k < 3; ++k) result.vector[k] += kWeight * same->vector[k];
+      parts += kWeight;
+      result.count += 4;
+    }
+  }
+  if (parts > 1) {
+    for (std::int32_t& v : result.vector) v /= parts;
   }
   return result;
 }

@@ -27,8 +27,9 @@ struct Block {
 };
 
 struct MotionModels {
-  std::array<BitModel, 4> moves;  // by the number of neighbours that move
-  std::array<std::array<ResidualModels, 4>, 3> difference;
+  // By the number of neighbours that move; 4 more where the block of the packet before counts as well.
+  std::array<BitModel, 8> moves;
+  std::array<std::array<ResidualModels, 8>, 3> difference;
 };
 
 /// The octree level whose divided cells are the blocks: those of 2^block_log2 grid cells a side, or the root.
@@ -55,19 +56,21 @@ class MotionField {
   std::vector<Block>& blocks() { return blocks_; }
   const std::vector<Block>& blocks() const { return blocks_; }
 
-  /// What the neighbours before it say of a block's vector, and how many of them move.
+  /// What the neighbours before it say of a block's vector, and how many of them move; 4 more when the same
+  /// block of the packet before counts too.
   struct Expected {
     MotionVector vector{};
     std::size_t count = 0;
   };
-  Expected expected(const Block& block) const;
+  /// `before`: in profile main, the blocks of the packet before; null: not known.
+  Expected expected(const Block& block, const MotionField* before = nullptr) const;
 
-  /// Puts or gets whether each block moves, and how.
+  /// Puts or gets whether each block moves, and how. `before`: as above.
   template <class Coder>
-  Status code(Coder& coder, MotionModels& models) {
+  Status code(Coder& coder, MotionModels& models, const MotionField* before = nullptr) {
     const std::int32_t limit = kMaxMotion / static_cast<std::int32_t>(vector_step_);
     for (Block& block : blocks_) {
-      const Expected from = expected(block);
+      const Expected from = expected(block, before);
       block.moves = coder.code(models.moves[from.count], block.moves);
       if (!block.moves) continue;
       for (std::size_t k = 0; k < 3; ++k) {

@@ -2,10 +2,13 @@
 // Signs with temporal context: what the moved previous surface says of a node (spec codec 8.5).
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <vector>
 
 #include "inter/motion_field.h"
 #include "inter/reference_field.h"
+#include "intra/sign_context.h"
 
 namespace isoreel {
 
@@ -35,11 +38,15 @@ class MovedSignModels {
     const std::size_t place = kSizes[static_cast<std::size_t>(std::min(size, 256))];
     return distance < 0 ? kDistances / 2 - 1 - place : kDistances / 2 + place;
   }
-  BitModel& at(std::uint32_t shift, std::size_t distance, std::uint16_t one) {
-    const std::size_t level = std::min<std::size_t>(shift, kLevels - 1);
-    return models_[(level * kClasses + distance) * kVotes + kVoteOf[one >> 9]];
+  MovedOpinion at(std::uint32_t shift, std::size_t distance, std::uint16_t one) {
+    const std::size_t kind = std::min<std::size_t>(shift, kLevels - 1) * kClasses + distance;
+    return {&models_[kind * kVotes + kVoteOf[one >> 9]], &by_corners_[kind * 256], &weights_[kind]};
   }
-  void reset() { models_.fill(BitModel{}); }
+  void reset() {
+    models_.fill(BitModel{});
+    std::fill(by_corners_.begin(), by_corners_.end(), BitModel{});
+    weights_.fill({});
+  }
 
  private:
   // Where classes end: distances in 1/256 of a cell, probabilities in 1/128.
@@ -50,6 +57,9 @@ class MovedSignModels {
   static constexpr auto kVoteOf = classTable<128>(kVoteEnds);
 
   std::array<BitModel, kLevels * kClasses * kVotes> models_{};
+  // Profile main.
+  std::vector<BitModel> by_corners_ = std::vector<BitModel>(kLevels * kClasses * 256);
+  std::array<MixWeights<3>, kLevels * kClasses> weights_{};
 };
 
 /// Looks up the distance of the moved surface at nodes, cell by cell in Morton order.
@@ -75,10 +85,9 @@ class MovedSigns {
       enter();
     }
   }
-  /// The model of a lattice node whose sign has the probability `one` without the moved surface; null where
-  /// that is not near.
-  BitModel* at(std::int32_t x, std::int32_t y, std::int32_t z, std::uint16_t one) {
-    if (!moves_) return nullptr;
+  /// Of a lattice node whose sign has the probability `one` without the moved surface.
+  MovedOpinion at(std::int32_t x, std::int32_t y, std::int32_t z, std::uint16_t one) {
+    if (!moves_) return {};
     const std::array<std::int32_t, 3> place{(x << shift_) * kCell + vector_[0],
                                             (y << shift_) * kCell + vector_[1],
                                             (z << shift_) * kCell + vector_[2]};
@@ -88,10 +97,10 @@ class MovedSigns {
       distance = MovedSignModels::classOf(around.at(place));
     } else {
       const std::int32_t sum = around.sumOfKnown();
-      if (sum == 0) return nullptr;
+      if (sum == 0) return {};
       distance = sum < 0 ? MovedSignModels::kMostlyInside : MovedSignModels::kMostlyOutside;
     }
-    return &models_.at(shift_, distance, one);
+    return models_.at(shift_, distance, one);
   }
 
  private:

@@ -16,7 +16,9 @@ struct PacketModels {
   MotionModels motion;
   MovedSignModels moved_signs;
   PredictedModels predicted;
-  HeightModels heights;  // profile main
+  // Profile main.
+  HeightModels heights;
+  MotionField blocks;  // of the packet before; none after an I packet
 
   void reset() {
     signs.reset();
@@ -25,6 +27,7 @@ struct PacketModels {
     moved_signs.reset();
     predicted.reset();
     heights.reset();
+    blocks = {};
   }
   /// Memory beyond the object itself.
   std::uint64_t bytes() const { return signs.signs.bytes() + vertices.bytes() + predicted.bytes(); }

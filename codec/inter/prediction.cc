@@ -52,6 +52,34 @@ std::int64_t bendOf(const std::array<std::int16_t, 8>& v) {
   return xy * xy + xz * xz + yz * yz + xyz * xyz;
 }
 
+// The values at a cell's corners of the plane that has `value` and `slope` at a place inside it.
+std::array<std::int32_t, 8> cornersOfPlane(std::int32_t value, const std::array<std::int32_t, 3>& slope,
+                                           const std::array<std::int32_t, 3>& place) {
+  std::int64_t back = 0;
+  for (std::size_t k = 0; k < 3; ++k) back += std::int64_t{slope[k]} * place[k];
+  std::array<std::int32_t, 8> result{};
+  result[0] = value - static_cast<std::int32_t>(back >> kPositionBits);
+  result[1] = result[0] + slope[0];
+  for (std::size_t j = 0; j < 2; ++j) result[2 + j] = result[j] + slope[1];
+  for (std::size_t j = 0; j < 4; ++j) result[4 + j] = result[j] + slope[2];
+  return result;
+}
+
+std::uint32_t insideCorners(const std::array<std::int32_t, 8>& values) {
+  std::uint32_t inside = 0;
+  for (std::size_t j = 0; j < 8; ++j) inside |= (static_cast<std::uint32_t>(values[j]) >> 31) << j;
+  return inside;
+}
+
+// `wrong`: the corners that the plane has on the wrong side, one bit each; `corners`: of the cell of the
+// reference.
+std::uint8_t confidence(std::uint32_t wrong, const CornerValues& corners) {
+  std::size_t grade = 0;
+  const std::int64_t bend = bendOf(corners.values());
+  while (grade < kBends.size() && bend >= kBends[grade]) ++grade;
+  return static_cast<std::uint8_t>(std::min(countBits(wrong), 3u) * 4 + grade);
+}
+
 }  // namespace
 
 std::int32_t MovedPlane::offset(const LocalFrame& frame, const std::array<std::int64_t, 3>& offsets) const {
@@ -68,6 +96,25 @@ std::int32_t MovedPlane::offset(const LocalFrame& frame, const std::array<std::i
   return static_cast<std::int32_t>(std::clamp<std::int64_t>(-at * kCell / facing, -kCell, kCell));
 }
 
+MovedHeight movedHeight(ReferenceField::Cursor& field, const Cell& cell, const Lanes& point,
+                        const Lanes& normal, const std::array<std::int32_t, 3>& motion) {
+  const std::array<std::int32_t, 3> inner{8 * point.v[0], 8 * point.v[1], 8 * point.v[2]};
+  const std::array<std::int32_t, 3> at{cell.x * kCell + inner[0] + motion[0],
+                                       cell.y * kCell + inner[1] + motion[1],
+                                       cell.z * kCell + inner[2] + motion[2]};
+  const CornerValues corners = field.around(at);
+  if (!corners.allKnown()) return {};
+  const CornerValues::Between between = corners.slopesAt(at);
+  std::int32_t facing = 0;  // 1/4096
+  for (std::size_t k = 0; k < 3; ++k) facing += (between.slope[k] * normal.v[k]) >> kPositionBits;
+  facing = std::max(facing, kFlattest >> 2);
+  MovedHeight result;
+  result.height = static_cast<std::int16_t>(std::clamp(-between.value * kCell / facing, -kCell, kCell));
+  const std::uint32_t inside = insideCorners(cornersOfPlane(between.value, between.slope, inner));
+  result.confidence = confidence(inside ^ cell.corners, corners);
+  return result;
+}
+
 MovedPlane planeInCell(ReferenceField::Cursor& field, const Cell& cell,
                        const std::array<std::int32_t, 3>& motion) {
   MovedPlane plane;
@@ -82,17 +129,7 @@ MovedPlane planeInCell(ReferenceField::Cursor& field, const Cell& cell,
   plane.distance = 4 * between.value;
   plane.slope = {4 * between.slope[0], 4 * between.slope[1], 4 * between.slope[2]};
 
-  // The plane at the corners: which of them it has on the wrong side.
-  std::int64_t back = 0;
-  for (std::size_t k = 0; k < 3; ++k) back += std::int64_t{plane.slope[k]} * frame.vertex[k];
-  std::array<std::int32_t, 8> at_corner{};
-  at_corner[0] = plane.distance - static_cast<std::int32_t>(back >> kPositionBits);
-  at_corner[1] = at_corner[0] + plane.slope[0];
-  for (std::size_t j = 0; j < 2; ++j) at_corner[2 + j] = at_corner[j] + plane.slope[1];
-  for (std::size_t j = 0; j < 4; ++j) at_corner[4 + j] = at_corner[j] + plane.slope[2];
-  std::uint32_t inside = 0;
-  for (std::size_t j = 0; j < 8; ++j) inside |= (static_cast<std::uint32_t>(at_corner[j]) >> 31) << j;
-  const std::uint32_t wrong = countBits(inside ^ cell.corners);
+  const std::array<std::int32_t, 8> at_corner = cornersOfPlane(plane.distance, plane.slope, frame.vertex);
   // Where it crosses the edges whose ends differ in sign.
   std::array<std::int32_t, 3> shift{};
   const Edges& edges = kEdges[cell.corners];
@@ -114,10 +151,7 @@ MovedPlane planeInCell(ReferenceField::Cursor& field, const Cell& cell,
     for (std::size_t k = 0; k < 3; ++k) along += std::int64_t{shift[k]} * tangent[k];
     plane.tangents[t] = static_cast<std::int32_t>((along * edges.part) >> (kPositionBits + 16));
   }
-  std::size_t grade = 0;
-  const std::int64_t bend = bendOf(corners.values());
-  while (grade < kBends.size() && bend >= kBends[grade]) ++grade;
-  plane.confidence = static_cast<std::uint8_t>(std::min(wrong, 3u) * 4 + grade);
+  plane.confidence = confidence(insideCorners(at_corner) ^ cell.corners, corners);
   return plane;
 }
 

@@ -7,6 +7,7 @@
 
 #include "inter/motion_field.h"
 #include "inter/reference_field.h"
+#include "intra/height_stream.h"
 #include "intra/vertex_coder.h"
 
 namespace isoreel {
@@ -15,8 +16,23 @@ namespace isoreel {
 /// and how much it bends there.
 inline constexpr std::size_t kConfidences = 16;
 
-/// What a P packet says of its prediction: the head of its motion section (spec codec 8.1).
-struct PredictionHeader {
+/// What a P packet says of its motion: the head of its motion section in profile main (spec codec 11.8).
+struct MotionHeader {
+  static constexpr const char* kName = "motion header";
+  static constexpr const char* kSpec = "codec 11.8";
+
+  std::uint32_t block_log2 = 3;
+  std::uint32_t vector_step = kCell / 8;
+
+  template <class V>
+  void fields(V& v) {
+    v.varint("block size", block_log2, 2, 5);
+    v.varint("vector step", vector_step, kCell / 64, kCell);
+  }
+};
+
+/// The same in profile classic, with what it says of its prediction (spec codec 8.1).
+struct PredictionHeader : MotionHeader {
   static constexpr const char* kName = "prediction header";
   static constexpr const char* kSpec = "codec 8.1";
 
@@ -27,8 +43,6 @@ struct PredictionHeader {
     std::uint8_t height = 0;      // of the neighbours' height
   };
 
-  std::uint32_t block_log2 = 3;
-  std::uint32_t vector_step = kCell / 8;
   /// By confidence, in 1/64.
   std::array<Weights, kConfidences> weights{};
   /// What residuals of 1, 2 and 3 steps stand for, in 1/64 of a step; larger ones follow the third.
@@ -36,8 +50,7 @@ struct PredictionHeader {
 
   template <class V>
   void fields(V& v) {
-    v.varint("block size", block_log2, 2, 5);
-    v.varint("vector step", vector_step, kCell / 64, kCell);
+    MotionHeader::fields(v);
     for (Weights& confidence : weights) {
       v.fixed("tangential weight", confidence.tangential, 0, 128);
       v.fixed("normal weight", confidence.normal, 0, 128);
@@ -62,6 +75,11 @@ struct MovedPlane {
   /// elements of `offsets`, 1/16384 of a cell; not above a cell.
   std::int32_t offset(const LocalFrame& frame, const std::array<std::int64_t, 3>& offsets) const;
 };
+
+/// Where the moved surface crosses the normal through a cell's predicted point (spec codec 11.9). `motion`:
+/// as below.
+MovedHeight movedHeight(ReferenceField::Cursor& field, const Cell& cell, const Lanes& point,
+                        const Lanes& normal, const std::array<std::int32_t, 3>& motion);
 
 /// `motion`: from the cell to the previous surface, 1/16384 of a cell.
 MovedPlane planeInCell(ReferenceField::Cursor& field, const Cell& cell,

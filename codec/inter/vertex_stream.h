@@ -26,6 +26,30 @@ class PredictedModels {
   std::vector<ResidualModels> models_ = std::vector<ResidualModels>(3 * kSizes * kConfidences);
 };
 
+/// The vectors of one active cell after the other, in their order.
+class CellMotion {
+ public:
+  explicit CellMotion(const MotionField& motion) : motion_(motion) {}
+
+  /// Nothing in blocks that do not move.
+  std::optional<std::array<std::int32_t, 3>> at(std::uint32_t i, const Cell& cell) {
+    while (block_ < motion_.blocks().size() &&
+           i >= motion_.blocks()[block_].first + motion_.blocks()[block_].count) {
+      ++block_;
+      vectors_.reset();
+    }
+    const Block& block = motion_.blocks()[block_];
+    if (!block.moves) return std::nullopt;
+    if (!vectors_) vectors_.emplace(motion_, block);
+    return vectors_->at(cell);
+  }
+
+ private:
+  const MotionField& motion_;
+  std::size_t block_ = 0;
+  std::optional<MotionField::Interpolation> vectors_;  // of the block at hand
+};
+
 /// The moved surface in one active cell after the other, in their order.
 class MovedPlanes {
  public:
@@ -33,24 +57,28 @@ class MovedPlanes {
       : field_(field), motion_(motion), cells_(cells) {}
 
   MovedPlane operator()(std::uint32_t i) {
-    while (block_ < motion_.blocks().size() &&
-           i >= motion_.blocks()[block_].first + motion_.blocks()[block_].count) {
-      ++block_;
-      vectors_.reset();
-    }
-    const Block& block = motion_.blocks()[block_];
-    if (!block.moves) return {};
-    if (!vectors_) vectors_.emplace(motion_, block);
-    return planeInCell(field_, cells_[i], vectors_->at(cells_[i]));
+    const auto motion = motion_.at(i, cells_[i]);
+    return motion ? planeInCell(field_, cells_[i], *motion) : MovedPlane{};
   }
 
  private:
   ReferenceField::Cursor field_;
-  const MotionField& motion_;
+  CellMotion motion_;
   std::span<const Cell> cells_;
-  std::size_t block_ = 0;
-  std::optional<MotionField::Interpolation> vectors_;  // of the block at hand
 };
+
+/// Fills heights.moved, in profile main (spec codec 11.9).
+inline void moveHeights(const ReferenceField& field, const MotionField& motion, std::span<const Cell> cells,
+                        HeightFrame& heights) {
+  ReferenceField::Cursor cursor(field);
+  CellMotion vectors(motion);
+  heights.moved.assign(cells.size(), {});
+  for (std::uint32_t i = 0; i < cells.size(); ++i) {
+    if (const auto vector = vectors.at(i, cells[i]))
+      heights.moved[i] =
+          movedHeight(cursor, cells[i], heights.predicted.points[i], heights.predicted.normals[i], *vector);
+  }
+}
 
 /// What an encoder chooses; the decoder's says nothing.
 struct NoChoice {

@@ -9,10 +9,18 @@
 
 namespace isoreel {
 
+/// Where the moved previous surface crosses a vertex's normal.
+struct MovedHeight {
+  static constexpr std::uint8_t kNone = 255;
+  std::int16_t height = 0;          // like HeightFrame::heights
+  std::uint8_t confidence = kNone;  // below HeightContext::kConfidences, 0 best; or it is not near
+};
+
 /// What is known of a surface before its vertices are coded; kept from frame to frame for its memory.
 struct HeightFrame {
   Surroundings around;
   SignPrediction predicted;
+  std::vector<MovedHeight> moved;  // in P packets; else empty
   // As they are coded.
   std::vector<std::int16_t> heights;     // above the predicted points along their normals, 1/16384 of a cell
   std::vector<std::uint8_t> magnitudes;  // of residuals, at most 15
@@ -20,6 +28,7 @@ struct HeightFrame {
   void build(std::span<const Cell> cells, const CellIndex& index, const Grid& grid) {
     around.build(cells, index);
     predicted.build(cells, around, grid.nodes);
+    moved.clear();
     heights.resize(cells.size());
     magnitudes.resize(cells.size());
   }
@@ -64,7 +73,21 @@ inline constexpr auto kActivityLevels = [] {
 struct Coded {
   std::int32_t near = 0, far = 0;
   std::uint32_t activity = HeightContext::kNoNeighbours;
+  // What they are above the moved surface, in the mean.
+  std::int32_t near_error = 0, far_error = 0;
 };
+
+inline std::int32_t meanError(const HeightFrame& frame, const std::uint32_t* links, std::uint32_t count) {
+  std::int32_t sum = 0;
+  std::uint32_t known = 0;
+  for (std::uint32_t n = 0; n < count; ++n) {
+    const MovedHeight& moved = frame.moved[links[n]];
+    if (moved.confidence == MovedHeight::kNone) continue;
+    sum += frame.heights[links[n]] - moved.height;
+    ++known;
+  }
+  return known > 0 ? mean(sum, known) : 0;
+}
 
 inline std::uint32_t activityOf(std::uint32_t sum, std::uint32_t weight) {
   return kActivityLevels[static_cast<std::size_t>(mean(static_cast<std::int32_t>(64 * sum), weight))];
@@ -80,6 +103,7 @@ inline Coded aroundEven(const HeightFrame& frame, const std::uint32_t* links, st
     magnitudes += frame.magnitudes[links[n]];
   }
   result.near = mean(sum, count);
+  if (!frame.moved.empty()) result.near_error = meanError(frame, links, count);
   result.activity = activityOf(magnitudes, count);
   return result;
 }
@@ -99,8 +123,23 @@ inline Coded aroundOdd(const HeightFrame& frame, const std::uint32_t* links, std
     magnitudes[1] += frame.magnitudes[links[n]];
   }
   result.near = near > 0 ? mean(sums[0], near) : mean(sums[1], far);
+  if (!frame.moved.empty()) {
+    result.near_error = meanError(frame, links, near);
+    result.far_error = meanError(frame, links + near, far);
+  }
   result.far = far > 0 ? mean(sums[1], far) : result.near;
   result.activity = activityOf(3 * magnitudes[0] + magnitudes[1], 3 * near + far);
+  return result;
+}
+
+/// What the header's weights of predicted vertices are for.
+inline std::array<std::int32_t, HeightWeights::kMovedInputs> movedInputs(const HeightFrame& frame,
+                                                                         std::size_t i, const Coded& coded) {
+  std::array<std::int32_t, HeightWeights::kMovedInputs> result{coded.near, coded.far};
+  for (std::size_t k = 0; k < SignInputs::kCount; ++k) result[2 + k] = frame.predicted.inputs[i].v[k];
+  result[8] = frame.moved[i].height;
+  result[9] = coded.near_error;
+  result[10] = coded.far_error;
   return result;
 }
 
@@ -113,28 +152,44 @@ inline Coded around(const HeightFrame& frame, std::size_t colour, std::uint8_t c
 
 }  // namespace heights
 
-/// Puts or gets all heights into frame.heights. `tools`: of the record. An encoder's choose(i, expected,
-/// context) gives the residual to put. A decoder stops early when the stream is overrun.
+/// Puts or gets all heights into frame.heights. `weights`: an encoder's. `tools`: of the record. An encoder's
+/// choose(i, expected, context) gives the residual to put. A decoder stops early when the stream is overrun.
 template <class Coder, class Choose>
-void codeHeights(Coder& coder, HeightModels& models, const HeightHeader& header, std::span<const Cell> cells,
-                 HeightFrame& frame, std::int32_t step, std::uint32_t tools, Choose choose) {
+void codeHeights(Coder& coder, HeightModels& models, const HeightWeights& weights,
+                 std::span<const Cell> cells, HeightFrame& frame, std::int32_t step, std::uint32_t tools,
+                 Choose choose) {
+  if (cells.empty()) return;
+  models.codeWeights(coder, weights, !frame.moved.empty());
   for (std::uint32_t colour = 0; colour < 2; ++colour) {
     const Surroundings::Colour& list = frame.around.colours[colour];
-    std::array<std::int32_t, HeightHeader::kInputs> weights;
-    for (std::size_t k = 0; k < weights.size(); ++k)
-      weights[k] = static_cast<std::int32_t>(header.weights[colour][k]);
+    const HeightWeights::Set plain = models.weights.plain[colour];
     const std::uint32_t* links = list.links.data();
     for (std::size_t n = 0; n < list.cells.size(); ++n) {
       const std::uint32_t i = list.cells[n];
       const heights::Coded coded = heights::around(frame, colour, list.counts[n], links, tools);
       links += Surroundings::linkCount(list.counts[n]);
       const SignInputs& inputs = frame.predicted.inputs[i];
-      std::int32_t sum = 128 + weights[0] * coded.near + weights[1] * coded.far;
-      for (std::size_t k = 0; k < SignInputs::kCount; ++k) sum += weights[k + 2] * inputs.v[k];
-      const std::int32_t expected = std::clamp(sum >> 8, -kCell, kCell);
-      const HeightContext context{colour, coded.activity, static_cast<std::uint32_t>(inputs.bend),
-                                  cells[i].corners};
-      const std::int32_t residual = codeHeightResidual(coder, models, context, choose(i, expected, context));
+      std::int32_t sum = 32 + plain[0] * coded.near + plain[1] * coded.far;
+      for (std::size_t k = 0; k < SignInputs::kCount; ++k) sum += plain[k + 2] * inputs.v[k];
+      std::int32_t expected = std::clamp(sum >> 6, -kCell, kCell);
+      HeightContext context{colour, coded.activity, static_cast<std::uint32_t>(inputs.bend),
+                            cells[i].corners};
+      std::int32_t residual;
+      if (!frame.moved.empty() && frame.moved[i].confidence != MovedHeight::kNone) {
+        const MovedHeight& moved = frame.moved[i];
+        const auto& w = models.weights.moved[colour][moved.confidence >= 4];
+        const auto values = heights::movedInputs(frame, i, coded);
+        std::int32_t other = 32;
+        for (std::size_t k = 0; k < values.size(); ++k) other += w[k] * values[k];
+        other = std::clamp(other >> 6, -kCell, kCell);
+        context.moved = true;
+        context.confidence = moved.confidence;
+        context.apart = static_cast<std::uint32_t>(std::min(7, std::abs(other - expected) * 4 / step));
+        expected = other;
+        residual = codeHeightResidual<3>(coder, models, context, choose(i, expected, context));
+      } else {
+        residual = codeHeightResidual<2>(coder, models, context, choose(i, expected, context));
+      }
       frame.heights[i] = static_cast<std::int16_t>(std::clamp(expected + residual * step, -32767, 32767));
       frame.magnitudes[i] = static_cast<std::uint8_t>(std::min(residual < 0 ? -residual : residual, 15));
       if constexpr (!Coder::kPuts) {

@@ -133,6 +133,14 @@ class LeafModels {
   std::array<BitModel, 4 * 2 * 6 * 4> models_{};
 };
 
+/// What the moved previous surface says of a sign (spec codec 8.5); null where that surface is not near.
+struct MovedOpinion {
+  BitModel* model = nullptr;
+  // To mix, in profile main (spec codec 11.7): 256 models, by the corners of the cell that adds the node.
+  BitModel* by_corners = nullptr;
+  MixWeights<3>* weights = nullptr;
+};
+
 /// Second opinions on corner signs, in profile main (spec codec 11.7): by the corners of the cell that adds
 /// the node, and which of its new nodes it is.
 class SignOpinions {
@@ -142,15 +150,19 @@ class SignOpinions {
     weights_.fill({});
   }
   /// `corners`: of the cell; `node`: of kNewNodes; `deepest`: whether the node's level is.
-  Mix mix(BitModel& first, std::uint32_t corners, std::uint32_t node, bool deepest) {
-    return {first, models_[(node * 256 + corners) * 2 + deepest], weights_[node * 2 + deepest], kFloor};
+  Mix<2> mix(BitModel& first, std::uint32_t corners, std::uint32_t node, bool deepest) {
+    return {{&first, &models_[(node * 256 + corners) * 2 + deepest]}, weights_[node * 2 + deepest], kFloor};
+  }
+  /// Where the moved surface is near, its two opinions count instead.
+  static Mix<3> mix(BitModel& first, const MovedOpinion& moved, std::uint32_t corners) {
+    return {{&first, moved.model, moved.by_corners + corners}, *moved.weights, kFloor};
   }
 
  private:
   static constexpr std::int32_t kFloor = 64;
 
   std::vector<BitModel> models_ = std::vector<BitModel>(19 * 256 * 2);
-  std::array<MixWeights, 19 * 2> weights_;
+  std::array<MixWeights<2>, 19 * 2> weights_;
 };
 
 /// All that the octree of signs adapts. A P packet goes on with what the packet before it left.

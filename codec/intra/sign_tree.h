@@ -42,7 +42,7 @@ struct UnknownTruth {
 /// Nothing is known of nodes but the signs around them: I packets, and coarse levels of P packets.
 struct NothingMoved {
   static void goTo(const Cell&) {}
-  static BitModel* at(int, int, int, std::uint16_t) { return nullptr; }
+  static MovedOpinion at(int, int, int, std::uint16_t) { return {}; }
 };
 
 /// The tree while it is coded. Truth answers for the encoder, asked in Morton order within a level:
@@ -89,8 +89,8 @@ class SignTree {
   /// Codes level `level` (1 to depth) from the cells of the level above. `moved`: what is known of its nodes
   /// from elsewhere,
   ///   void goTo(const Cell&)   asked of each cell of the level above, in Morton order
-  ///   BitModel* at(int x, int y, int z, std::uint16_t one)   the model to code a lattice node's sign with,
-  ///   when not that of the signs around it, which gives `one`
+  ///   MovedOpinion at(int x, int y, int z, std::uint16_t one)   of a lattice node's sign, where the signs
+  ///   around it give `one`
   template <class Moved>
   Status codeLevel(std::uint32_t level, Coder& signs, Coder& leaves, Moved& moved) {
     const LevelLattice parents(grid_, level - 1), lattice(grid_, level);
@@ -215,13 +215,17 @@ class SignTree {
           BitModel& model = models_.signs.at(around.known, around.inside);
           const int at_x = 2 * cell.x + node.x, at_y = 2 * cell.y + node.y, at_z = 2 * cell.z + node.z;
           const bool truth = truth_.sign(lattice, at_x, at_y, at_z);
+          const MovedOpinion other = moved.at(at_x, at_y, at_z, model.one);
           if (models_.mixed) {
-            sign = codeMixed(signs,
-                             models_.opinions.mix(model, cell.corners, static_cast<std::uint32_t>(which),
-                                                  lattice.shift == 0),
-                             truth);
-          } else if (BitModel* const other = moved.at(at_x, at_y, at_z, model.one)) {
-            sign = signs.code(*other, truth);
+            sign =
+                other.model != nullptr
+                    ? codeMixed(signs, SignOpinions::mix(model, other, cell.corners), truth)
+                    : codeMixed(signs,
+                                models_.opinions.mix(model, cell.corners, static_cast<std::uint32_t>(which),
+                                                     lattice.shift == 0),
+                                truth);
+          } else if (other.model != nullptr) {
+            sign = signs.code(*other.model, truth);
             model.update(sign);
           } else {
             sign = signs.code(model, truth);

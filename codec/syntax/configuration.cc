@@ -21,8 +21,6 @@ struct RecordFields {
     v.fixed("profile", c.profile, 0, 1);
     v.fixed("inside", c.inside, 0, 1);
     v.varint("tools", c.tools, 0, c.profile == Profile::kMain ? kToolsOfMain : kToolPrediction);
-    v.require(c.profile == Profile::kClassic || (c.tools & kToolPrediction) == 0,
-              "profile main has no P packets");
     for (auto& n : c.grid.nodes) v.varint("nodes", n, kMinNodes, kMaxNodes);
     v.varint("step", c.step, 1, kCell);
     v.varint("time base numerator", c.time_base.numerator, 1);

@@ -269,23 +269,6 @@ void drawLegend(const MotionOverlay& overlay, Image& image) {
                 image.height - height - std::min(gap, image.height - height));
 }
 
-void drawCaption(const std::string& caption, Image& image) {
-  const int height = std::max(image.height / 22, 1);
-  const int gap = std::min(image.width, image.height) / 60;
-  const double room = std::max(image.width - 2 * gap, 1);
-  const Canvas measure(1, 1);
-  const double wanted = 0.7 * height;
-  const double size = measure.fitFont(caption.c_str(), wanted, room - height);
-  const int width = std::max(static_cast<int>(std::min(measure.widthOf(caption.c_str()) + height, room)), 1);
-  Canvas canvas(width, height);
-  canvas.paper();
-  canvas.ink();
-  cairo_set_font_size(canvas.cairo(), size);
-  cairo_move_to(canvas.cairo(), height / 2.0, height / 2.0 + 0.36 * size);
-  cairo_show_text(canvas.cairo(), caption.c_str());
-  canvas.copyTo(image, std::min(gap, image.width - width), std::min(gap, image.height - height));
-}
-
 }  // namespace
 
 void MotionRange::add(const std::vector<MotionBlock>& blocks) {

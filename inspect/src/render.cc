@@ -5,6 +5,7 @@
 #include <limits>
 #include <numbers>
 #include <optional>
+#include <span>
 
 #include "src/embree.h"
 #include "src/light.h"
@@ -17,6 +18,7 @@ constexpr std::uint32_t kSkyRays = 8;       // per ray of a pixel that has an ed
 constexpr std::uint32_t kCalmSkyRays = 14;  // for a pixel without
 constexpr double kSkyReach = 0.45;          // farther things do not darken, in half diagonals of the frame
 constexpr double kGroundReach = 0.6;
+constexpr double kDraftSky = 0.75;     // open part of the sky where nobody looked
 constexpr double kOffset = 2e-4;       // how far from the surface secondary rays start
 constexpr double kKeySpread = 0.045;   // of the key light's direction, for soft shadows
 constexpr double kLeastFacing = 0.08;  // cosine between a normal and the direction to the viewer
@@ -113,20 +115,26 @@ void keepFirst(const RTCFilterFunctionNArguments* arguments) {
   context.triangle = hit.primID;
 }
 
+/// What is drawn, whatever it came from.
+struct Shape {
+  std::vector<std::array<float, 3>> points;  // of the stage
+  std::span<const Triangle> triangles;
+  std::span<const Quad> quads;  // whose edges are the lines, two triangles each; none: those of triangles are
+  std::vector<std::array<float, 3>> normals;  // of points; none when facets are to show
+};
+
 class Renderer {
  public:
-  Renderer(const Surface& surface, const RenderSettings& settings, const View& view)
-      : surface_(surface),
+  Renderer(const Shape& shape, const RenderSettings& settings, const View& view)
+      : shape_(shape),
         settings_(settings),
         view_(view),
         lights_(view),
         around_key_(lights_.key()),
         side_(static_cast<std::uint32_t>(
             std::clamp(std::lround(std::sqrt(std::max(settings.samples, 1))), 1l, 8l))),
-        triangles_(surface.triangles()),
-        scene_(points(surface, view), triangles_, nullptr, keepFirst) {
-    if (settings.smooth) normals_ = surface.normals();
-    if (settings.attribute.values.size() != surface.vertices.size()) return;
+        scene_(shape.points, shape.triangles, nullptr, keepFirst) {
+    if (settings.attribute.values.size() != shape.points.size()) return;
     for (const float value : settings.attribute.values) {
       Vec3d colour;
       const auto encoded = colourOf(settings.attribute.scale, static_cast<double>(value));
@@ -193,14 +201,6 @@ class Renderer {
            std::abs(dot(apart, a.normal)) < 0.003 * a.hit->distance;
   }
 
-  static std::vector<std::array<float, 3>> points(const Surface& surface, const View& view) {
-    std::vector<std::array<float, 3>> result;
-    result.reserve(surface.vertices.size());
-    for (std::uint32_t i = 0; i < surface.vertices.size(); ++i)
-      result.push_back(toFloat(view.toStage(surface.world(i))));
-    return result;
-  }
-
   static RTCRay rayOf(const Vec3d& from, const Vec3d& direction, double reach) {
     const auto o = toFloat(from), d = toFloat(direction);
     return {o[0], o[1], o[2], 0.f, d[0], d[1], d[2], 0.f, static_cast<float>(reach), ~0u, 0u, 0u};
@@ -255,8 +255,8 @@ class Renderer {
   Vec3d normalAt(const Hit& hit, const Vec3d& direction) const {
     const double side = dot(hit.facet, direction) > 0 ? -1 : 1;
     Vec3d normal = hit.facet;
-    if (!normals_.empty()) {
-      normal = normalized(between(hit, [this](std::uint32_t i) { return toDouble(normals_[i]); }));
+    if (!shape_.normals.empty()) {
+      normal = normalized(between(hit, [this](std::uint32_t i) { return toDouble(shape_.normals[i]); }));
       if (dot(normal, normal) == 0) normal = hit.facet;
     }
     normal = normal * side;
@@ -269,7 +269,7 @@ class Renderer {
   /// What the triangle's corners have, where the ray hit it.
   template <class OfVertex>
   Vec3d between(const Hit& hit, OfVertex of) const {
-    const Triangle& t = triangles_[hit.triangle];
+    const Triangle& t = shape_.triangles[hit.triangle];
     return of(t[0]) * (1 - hit.u - hit.v) + of(t[1]) * hit.u + of(t[2]) * hit.v;
   }
 
@@ -283,7 +283,7 @@ class Renderer {
     }
     const Vec3d from =
         view_.eye() + sample.direction * hit.distance + hit.facet * (inner ? -kOffset : kOffset);
-    spot.sky = openSky(from, spot.normal, kSkyReach, rays, pattern);
+    spot.sky = settings_.ambient ? openSky(from, spot.normal, kSkyReach, rays, pattern) : kDraftSky;
     const double r = kKeySpread * std::sqrt((pattern.index(0) + pattern.random()) / pattern.rays());
     const auto [c, s] = pattern.spiral(pattern.index(0));
     const Vec3d key = normalized(around_key_(r * c, r * s, 1));
@@ -292,14 +292,18 @@ class Renderer {
     return settings_.wireframe ? mix(lit, kLineColour, kLineStrength * lineAt(sample)) : lit;
   }
 
-  /// How much of the sample's surroundings a line covers: by its distance in the picture to the quad's edges.
+  /// How much of the sample's surroundings a line covers: by its distance in the picture to the edges of the
+  /// quad, or of the triangle.
   double lineAt(const Sample& sample) const {
-    const Quad& quad = surface_.quads[sample.hit->triangle / 2];
-    std::array<Vec3d, 4> corners;
-    for (std::size_t i = 0; i < 4; ++i) corners[i] = view_.project(view_.toStage(surface_.world(quad[i])));
+    const std::span<const std::uint32_t> ring =
+        shape_.quads.empty() ? std::span(shape_.triangles[sample.hit->triangle])
+                             : std::span<const std::uint32_t>(shape_.quads[sample.hit->triangle / 2]);
+    const auto corner = [&](std::size_t i) {
+      return view_.project(toDouble(shape_.points[ring[i % ring.size()]]));
+    };
     double nearest = std::numeric_limits<double>::infinity();
-    for (std::size_t i = 0; i < 4; ++i)
-      nearest = std::min(nearest, toSegment({sample.x, sample.y, 0}, corners[i], corners[(i + 1) % 4]));
+    for (std::size_t i = 0; i < ring.size(); ++i)
+      nearest = std::min(nearest, toSegment({sample.x, sample.y, 0}, corner(i), corner(i + 1)));
     return std::clamp(kLineWidth / 2 + 0.5 - nearest, 0.0, 1.0);
   }
 
@@ -307,20 +311,18 @@ class Renderer {
   Vec3d groundColour(const Vec3d& direction, double height, std::uint32_t rays, Pattern& pattern) const {
     const Vec3d colour = backdrop(height);
     const double t = (view_.ground() - kOffset - view_.eye()[2]) / direction[2];
-    if (!(direction[2] < 0 && t > 0)) return colour;
+    if (!(settings_.ambient && direction[2] < 0 && t > 0)) return colour;
     const Vec3d p = view_.eye() + direction * t;
     if (length(p) > 1 + kGroundReach) return colour;  // nothing of the frame is near
     return colour * (0.4 + 0.6 * openSky(p, {0, 0, 1}, kGroundReach, 2 * rays, pattern));
   }
 
-  const Surface& surface_;
+  const Shape& shape_;
   const RenderSettings& settings_;
   const View& view_;
   const Lights lights_;
   const Around around_key_;
   const std::uint32_t side_;  // a pixel has side_ * side_ rays
-  const std::vector<Triangle> triangles_;
-  std::vector<std::array<float, 3>> normals_;
   std::vector<Vec3d> colours_;
   const TriangleScene scene_;
 };
@@ -338,6 +340,34 @@ void Box::add(const Vec3d& p) {
   }
 }
 
+void Box::join(const Box& other) {
+  if (other.empty()) return;
+  add(other.min);
+  add(other.max);
+}
+
+Box boundingBox(const FrameHeader& header, const Grid& grid) {
+  Box box;
+  const bool known = header.box_max != std::array<std::uint32_t, 3>{};
+  for (std::size_t c = 0; c < 8 && header.faces > 0; ++c) {
+    Vec3d cells{};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double end = known ? header.box_max[axis] / double{kCell} : grid.nodes[axis] - 1.0;
+      cells[axis] = c >> axis & 1 ? end : header.box_min[axis] / double{kCell};
+    }
+    box.add(grid.world(cells));
+  }
+  return box;
+}
+
+Box boundingBox(const TriangleView& mesh) {
+  Box box;
+  for (const Triangle& triangle : mesh.triangles) {
+    for (const std::uint32_t i : triangle) box.add(toDouble(mesh.points[i]));
+  }
+  return box;
+}
+
 Box boundingBox(const Surface& surface) {
   Box box;
   for (const Quad& quad : surface.quads) {
@@ -346,13 +376,47 @@ Box boundingBox(const Surface& surface) {
   return box;
 }
 
-Image render(const Surface& surface, const RenderSettings& settings, const ParallelFor& parallel) {
+namespace {
+
+template <class Mesh>
+View viewOf(const Mesh& mesh, const RenderSettings& settings, const Image& image) {
+  Box frame = settings.frame.empty() ? boundingBox(mesh) : settings.frame;
+  if (frame.empty()) frame.add({0, 0, 0});
+  return View(settings.camera, frame, image.width, image.height, settings.pixel_aspect);
+}
+
+Image blankOf(const RenderSettings& settings) {
   Image image{std::max(settings.width, 1), std::max(settings.height, 1), {}};
   image.pixels.resize(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) * 4);
-  Box frame = settings.frame.empty() ? boundingBox(surface) : settings.frame;
-  if (frame.empty()) frame.add({0, 0, 0});
-  const View view(settings.camera, frame, image.width, image.height);
-  const Renderer renderer(surface, settings, view);
+  return image;
+}
+
+/// Area-weighted, as Surface::normals().
+std::vector<std::array<float, 3>> normalsOf(const TriangleView& mesh) {
+  std::vector<Vec3d> sums(mesh.points.size(), Vec3d{0, 0, 0});
+  for (const Triangle& t : mesh.triangles) {
+    const Vec3d a = toDouble(mesh.points[t[0]]);
+    const Vec3d normal = cross(toDouble(mesh.points[t[1]]) - a, toDouble(mesh.points[t[2]]) - a);
+    for (const std::uint32_t i : t) sums[i] = sums[i] + normal;
+  }
+  std::vector<std::array<float, 3>> result;
+  result.reserve(sums.size());
+  for (const Vec3d& sum : sums) result.push_back(toFloat(normalized(sum)));
+  return result;
+}
+
+}  // namespace
+
+Image render(const Surface& surface, const RenderSettings& settings, const ParallelFor& parallel) {
+  Image image = blankOf(settings);
+  const View view = viewOf(surface, settings, image);
+  const std::vector<Triangle> triangles = surface.triangles();
+  Shape shape{{}, triangles, surface.quads, {}};
+  shape.points.reserve(surface.vertices.size());
+  for (std::uint32_t i = 0; i < surface.vertices.size(); ++i)
+    shape.points.push_back(toFloat(view.toStage(surface.world(i))));
+  if (settings.smooth) shape.normals = surface.normals();
+  const Renderer renderer(shape, settings, view);
   parallel(static_cast<std::size_t>(image.height), [&](std::size_t y) { renderer.row(y, image); });
   if (settings.motion) {
     drawMotion(
@@ -361,6 +425,18 @@ Image render(const Surface& surface, const RenderSettings& settings, const Paral
   }
   if (!settings.attribute.values.empty() || !settings.attribute.scale.label.empty())
     drawColourBar(settings.attribute.scale, image);
+  return image;
+}
+
+Image render(const TriangleView& mesh, const RenderSettings& settings, const ParallelFor& parallel) {
+  Image image = blankOf(settings);
+  const View view = viewOf(mesh, settings, image);
+  Shape shape{{}, mesh.triangles, {}, {}};
+  shape.points.reserve(mesh.points.size());
+  for (const auto& point : mesh.points) shape.points.push_back(toFloat(view.toStage(toDouble(point))));
+  if (settings.smooth) shape.normals = normalsOf(mesh);
+  const Renderer renderer(shape, settings, view);
+  parallel(static_cast<std::size_t>(image.height), [&](std::size_t y) { renderer.row(y, image); });
   return image;
 }
 

@@ -13,8 +13,8 @@ double radians(double degrees) { return degrees * std::numbers::pi / 180; }
 
 }  // namespace
 
-View::View(const Camera& camera, const Box& frame, int width, int height)
-    : half_width_(width / 2.0), half_height_(height / 2.0) {
+View::View(const Camera& camera, const Box& frame, int width, int height, double pixel_aspect)
+    : aspect_(std::clamp(pixel_aspect, 1e-3, 1e3)), half_width_(width / 2.0), half_height_(height / 2.0) {
   centre_ = (frame.min + frame.max) * 0.5;
   const Vec3d half = (frame.max - frame.min) * 0.5;
   scale_ = length(half) > 0 ? 1 / length(half) : 1;
@@ -29,8 +29,9 @@ View::View(const Camera& camera, const Box& frame, int width, int height)
 
   // The field of view is that of the shorter side, before the zoom.
   const double tangent = std::tan(radians(std::clamp(camera.field_of_view, 1.0, 150.0)) / 2);
-  const double shorter = std::min(half_width_, half_height_);
-  const double wide = tangent * half_width_ / shorter, high = tangent * half_height_ / shorter;
+  const double half_span = half_width_ * aspect_;  // in heights of a pixel
+  const double shorter = std::min(half_span, half_height_);
+  const double wide = tangent * half_span / shorter, high = tangent * half_height_ / shorter;
   // A turning box sweeps a cylinder; the square around it is aligned with the camera, so the fit is the same
   // from everywhere.
   const double radius = std::hypot(half[0], half[1]);
@@ -60,19 +61,19 @@ View::View(const Camera& camera, const Box& frame, int width, int height)
   }
   shift_ = (low + top) * 0.5;
   const double fit =
-      std::max({(top[0] - low[0]) / (2 * half_width_), (top[1] - low[1]) / (2 * half_height_), 1e-9});
+      std::max({(top[0] - low[0]) / (2 * half_span), (top[1] - low[1]) / (2 * half_height_), 1e-9});
   pixel_ = kMargin * fit / std::max(camera.zoom, 1e-3);
 }
 
 Vec3d View::ray(double x, double y) const {
-  return normalized(forward_ + right_ * (shift_[0] + (x - half_width_) * pixel_) +
+  return normalized(forward_ + right_ * (shift_[0] + (x - half_width_) * aspect_ * pixel_) +
                     up_ * (shift_[1] + (half_height_ - y) * pixel_));
 }
 
 Vec3d View::project(const Vec3d& stage) const {
   const Vec3d seen = stage - eye_;
   const double depth = std::max(dot(seen, forward_), 1e-6);
-  return {half_width_ + (dot(seen, right_) / depth - shift_[0]) / pixel_,
+  return {half_width_ + (dot(seen, right_) / depth - shift_[0]) / (aspect_ * pixel_),
           half_height_ - (dot(seen, up_) / depth - shift_[1]) / pixel_, 0};
 }
 

@@ -11,8 +11,9 @@ namespace isoreel::inspect {
 /// centre at the origin and half its diagonal is 1 (single precision then suffices wherever the data lies).
 class View {
  public:
-  /// `frame` must not be empty. Settings out of range are brought into it.
-  View(const Camera& camera, const Box& frame, int width, int height);
+  /// `frame` must not be empty. `pixel_aspect`: width of a pixel by its height. Settings out of range are
+  /// brought into it.
+  View(const Camera& camera, const Box& frame, int width, int height, double pixel_aspect = 1);
 
   Vec3d toStage(const Vec3d& world) const { return (world - centre_) * scale_; }
   /// Unit direction of the ray through pixel coordinates (x, y), from the upper left corner.
@@ -32,9 +33,10 @@ class View {
   double scale_;
   double ground_;
   Vec3d right_, up_, forward_, ahead_, eye_;
-  Vec3d shift_;   // of the picture's middle from where the camera looks, to the right and up, as a tangent
-  double pixel_;  // tangent of the angle of one pixel
-  double half_width_, half_height_;
+  Vec3d shift_;    // of the picture's middle from where the camera looks, to the right and up, as a tangent
+  double pixel_;   // tangent of the angle of one pixel's height
+  double aspect_;  // its width by its height
+  double half_width_, half_height_;  // of the picture, in pixels
 };
 
 }  // namespace isoreel::inspect

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "src/scalar.h"
+#include <isoreel/io/scalar.h>
 
 #include <algorithm>
 #include <array>

@@ -3,8 +3,9 @@
 // their header is read.
 #pragma once
 
+#include <isoreel/io/scalar.h>
+
 #include "src/byte_stream.h"
-#include "src/scalar.h"
 #include "src/sequence.h"
 
 namespace isoreel::io {

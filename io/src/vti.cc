@@ -3,6 +3,7 @@
 // appended.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <isoreel/io/scalar.h>
 
 #include <algorithm>
 #include <charconv>
@@ -10,7 +11,6 @@
 
 #include "src/files.h"
 #include "src/mapped_file.h"
-#include "src/scalar.h"
 #include "src/sequence.h"
 #include "src/vtk_data.h"
 

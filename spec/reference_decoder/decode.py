@@ -15,7 +15,7 @@ from pathlib import Path
 sys.dont_write_bytecode = True
 from entropy import MASK64, Refused, Stream, mixed, model, require, weights_of  # noqa: E402
 from fields import Fields  # noqa: E402
-from heights import MIXED_SIGNS, NEIGHBOURS, Heights  # noqa: E402
+from heights import MIXED_SIGNS, Heights  # noqa: E402
 from prediction import Prediction, Reference  # noqa: E402
 from surface import (CELL, CORNERS, LEAVES, MOTION, SIGNS, VERTICES, clamp, coarse_vertices, intra_vertices,  # noqa: E402
                      is_active, plus, quads)
@@ -49,8 +49,7 @@ def read_configuration(record):
     f = Fields(record[8:-4])
     main_profile = f.fixed(1, 0, 1) == 1
     f.fixed(1, 0, 1)  # inside
-    tools = f.varint(0, NEIGHBOURS | MIXED_SIGNS if main_profile else 1)
-    require(not main_profile or tools % 2 == 0, "profile main has no P packets")
+    tools = f.varint(0, 7 if main_profile else 1)
     nodes = [f.varint(2, 65536) for _ in range(3)]
     f.varint(1, CELL)  # nominal step
     f.varint(1), f.varint(1)  # time base
@@ -178,6 +177,10 @@ class Tree:
     def sign(self, level, cell, d, point, known, prediction, stream):
         """4.3, 8.5 and 11.7"""
         usual = self.sign_model(known, point)
+        kind = prediction and prediction.sign_kind(level, cell, point)
+        if kind and self.mixed_signs:
+            asked = usual, prediction.sign_model(level, cell, point, usual), model(self.models, ("moved corners", *kind, self.cells[cell]))
+            return mixed(stream, asked, weights_of(self.models, ("moved", *kind, "weights"), 3), 64)
         if not self.mixed_signs:
             moved = prediction and prediction.sign_model(level, cell, point, usual)
             sign = stream.decision(moved or usual)
@@ -186,7 +189,7 @@ class Tree:
             return sign
         name = (d, level == self.depth)
         second = model(self.models, ("opinion", self.cells[cell], *name))
-        return mixed(stream, usual, second, weights_of(self.models, ("opinion", *name)), 64)
+        return mixed(stream, (usual, second), weights_of(self.models, ("opinion", *name)), 64)
 
     def beside_leaf(self, cell, d, parents):
         """Whether the point at d of the cell also lies on a cell of the same level that is not divided."""
@@ -262,7 +265,7 @@ class Decoder:
         prediction = None
         cut = packet.section(MOTION, 0) is None or packet.section(VERTICES, 0) is None
         if packet.predicted and packet.section(MOTION, 0) is not None:
-            prediction = Prediction(packet, tree.depth, self.reference, self.models)
+            prediction = Prediction(packet, tree.depth, self.reference, self.models, self.main)
         wanted = tree.depth if level is None else min(level, tree.depth)
         reached = 0
         for at in range(wanted + 1):
@@ -289,7 +292,7 @@ class Decoder:
     def full(self, packet, cells, prediction):
         require(len(cells) == packet.vertices, "the number of vertices is not the header's")
         if self.main:
-            vertices = Heights(packet, cells, self.nodes, self.tools, self.models).vertices()
+            vertices = Heights(packet, cells, self.nodes, self.tools, self.models, prediction).vertices()
         elif packet.predicted:
             vertices = prediction.vertices(cells)
         else:

@@ -115,17 +115,17 @@ SQUASHED = [squash(x) for x in range(-2047, 2048)]
 STRETCHED = [max(bisect_right(SQUASHED, 16 * p) - 1, 0) - 2047 for p in range(4096)]
 
 
-def weights_of(models, name):
-    return models.setdefault(name, [39322, 39322])
+def weights_of(models, name, count=2):
+    return models.setdefault(name, [39322 if count == 2 else 26214] * count)
 
 
-def mixed(stream, first, second, weights, floor):
-    logits = [STRETCHED[m.one >> 4] for m in (first, second)]
-    total = weights[0] * logits[0] + weights[1] * logits[1] >> 16
+def mixed(stream, asked, weights, floor):
+    logits = [STRETCHED[m.one >> 4] for m in asked]
+    total = sum(w * x for w, x in zip(weights, logits)) >> 16
     one = max(floor, min(SQUASHED[max(-2047, min(total, 2047)) + 2047], 65536 - floor))
     bit = stream.split((stream.range >> 16) * one)
     error = 65536 * bit - one
-    for i, m in enumerate((first, second)):
+    for i, m in enumerate(asked):
         weights[i] = max(-(1 << 18), min(weights[i] + (logits[i] * error + 8192 >> 14), 1 << 18))
         m.update(bit)
     return bit

@@ -5,13 +5,17 @@
 from itertools import product
 from math import isqrt
 
-from entropy import MASK64, Stream, magnitude, mixed, model, require, weights_of
-from fields import Fields
+from entropy import Stream, magnitude, mixed, model, require, residual, weights_of
 from surface import CELL, FRAMES, VERTICES, clamp, in_grid, plus
 
 NEIGHBOURS, MIXED_SIGNS = 2, 4  # tools
 FACES = [(-1, 0, 0), (1, 0, 0), (0, -1, 0), (0, 1, 0), (0, 0, -1), (0, 0, 1)]
 AROUND = [d for d in product((-1, 0, 1), repeat=3) if any(d)]
+
+
+# 11.5: at the start of an I packet, by odd and by kind: None without, False and True with the moved surface
+WEIGHTS = {(0, None): [16, 0, 16, 0, 0, 0, 0, 0], (0, False): [0] * 8 + [64, 32, 0], (0, True): [0] * 8 + [32, 16, 0],
+           (1, None): [48, 0, 0, 0, 0, 0, 0, 0], (1, False): [0] * 8 + [64, 48, 0], (1, True): [0] * 8 + [32, 24, 0]}
 
 
 def dot(a, b):
@@ -28,8 +32,9 @@ def mean(total, count):
 
 
 class Heights:
-    def __init__(self, packet, cells, nodes, tools, models):
+    def __init__(self, packet, cells, nodes, tools, models, prediction):
         self.packet, self.cells, self.nodes, self.tools, self.models = packet, cells, nodes, tools, models
+        self.prediction = prediction  # of a P packet, or None
         self.list = list(cells)
         self.signs = {}
         self.number = {cell: i for i, cell in enumerate(self.list)}
@@ -119,9 +124,9 @@ class Heights:
     # ---- 11.4 What coded neighbours say ----
 
     def coded(self, i, odd):
-        """Mean heights, nearer and further, and the activity."""
+        """Mean heights, nearer and further, the activity, and mean errors of the moved surface, nearer and further."""
         if not self.tools & NEIGHBOURS:
-            return 0, 0, 32
+            return 0, 0, 32, [0, 0]
         near, far = [], []
         for d in AROUND:
             j = self.number.get(plus(self.list[i], d))
@@ -134,21 +139,28 @@ class Heights:
             elif differ == 2 and j < i:
                 near.append(j)
         if not near and not far:
-            return 0, 0, 32
+            return 0, 0, 32, [0, 0]
         means = [mean(sum(self.heights[j] for j in group), len(group)) if group else None for group in (near, far)]
         near_mean = means[1] if means[0] is None else means[0]
         far_mean = (0 if not odd else near_mean) if means[1] is None else means[1]
         near_weight = 3 if odd else 1
         total = near_weight * sum(self.magnitudes[j] for j in near) + sum(self.magnitudes[j] for j in far)
         activity = min(31, isqrt(4 * mean(64 * total, near_weight * len(near) + len(far))))
-        return near_mean, far_mean, activity
+        errors = [[self.heights[j] - self.moved[j][0] for j in group if self.moved[j]] for group in (near, far)]
+        return near_mean, far_mean, activity, [mean(sum(e), len(e)) if e else 0 for e in errors]
 
     # ---- 11.5 Heights, 11.6 residuals ----
 
-    def residual(self, stream, odd, activity, bend, corners):
+    def residual(self, stream, odd, activity, bend, corners, moved):
+        """`moved`: confidence and apart (11.9), or None."""
+        has = moved is not None
+
         def decision(name, first, second):
-            weights = weights_of(self.models, (name, "weights", activity // 4, odd))
-            return mixed(stream, model(self.models, (name, *first)), model(self.models, (name, *second)), weights, 720)
+            asked = [model(self.models, (name, *first, has)), model(self.models, (name, *second, has))]
+            if has:
+                asked.append(model(self.models, (name, "moved", *moved, activity // 4)))
+            weights = weights_of(self.models, (name, "weights", activity // 4, odd, has), len(asked))
+            return mixed(stream, asked, weights, 720)
 
         if decision("zero", ("activity", activity, bend, odd), ("corners", corners, odd)):
             return 0
@@ -160,27 +172,48 @@ class Heights:
             value = 2 + magnitude(stream, self.models, ("height", activity // 4))
         return -value if negative else value
 
+    def decode_weights(self, stream):
+        """11.5"""
+        weights = self.models.setdefault("height weights", {name: list(w) for name, w in WEIGHTS.items()})
+        for name in WEIGHTS:
+            if name[1] is not None and not self.prediction:
+                continue
+            if stream.decision(model(self.models, "weights change")):
+                for k, w in enumerate(weights[name]):
+                    weights[name][k] = clamp(w + residual(stream, self.models, "weights change by"), -255, 255)
+        return weights
+
     def vertices(self):
         if not self.list:
             require(not self.packet.section(VERTICES, 0), "vertices are left over")
             return []
         self.predict()
-        front = Fields(self.packet.section(VERTICES, 0))
-        fields = Fields(front.take(front.varint(0, MASK64)))
-        weights = [[fields.svarint() for _ in range(8)] for _ in range(2)]
-        require(all(abs(w) <= 1023 for colour in weights for w in colour), "a weight is not from -1023 to 1023")
-        stream = Stream(front.data[front.at:])
+        self.moved = [None] * len(self.list)
+        if self.prediction:
+            self.moved = [self.prediction.moved_height(cell, c, self.points[i], self.normals[i])
+                          for i, (cell, c) in enumerate(self.cells.items())]
+        stream = Stream(self.packet.section(VERTICES, 0))
+        weights = self.decode_weights(stream)
+        step = self.packet.step
         self.heights, self.magnitudes = [0] * len(self.list), [0] * len(self.list)
         for odd in (0, 1):
             for i, cell in enumerate(self.list):
                 if sum(cell) % 2 != odd:
                     continue
-                near, far, activity = self.coded(i, odd)
+                near, far, activity, errors = self.coded(i, odd)
                 inputs, bend = self.inputs[i]
-                expected = clamp(128 + dot(weights[odd], [near, far, *inputs]) >> 8, -CELL, CELL)
-                residual = self.residual(stream, odd, activity, bend, self.cells[cell])
-                self.heights[i] = limited(expected + residual * self.packet.step)
-                self.magnitudes[i] = min(abs(residual), 15)
+                inputs = [near, far, *inputs]
+                expected = clamp(32 + dot(weights[odd, None], inputs) >> 6, -CELL, CELL)
+                moved = None
+                if self.moved[i]:
+                    height, confidence = self.moved[i]
+                    other = dot(weights[odd, confidence >= 4], [*inputs, height, *errors])
+                    other = clamp(32 + other >> 6, -CELL, CELL)
+                    moved = confidence, min(7, 4 * abs(other - expected) // step)
+                    expected = other
+                r = self.residual(stream, odd, activity, bend, self.cells[cell], moved)
+                self.heights[i] = limited(expected + r * step)
+                self.magnitudes[i] = min(abs(r), 15)
         stream.used_up()
         return [in_grid(cell, [clamp(8 * self.points[i][k] + (self.heights[i] * self.normals[i][k] + 8192 >> 14), 0, CELL)
                                for k in range(3)]) for i, cell in enumerate(self.list)]

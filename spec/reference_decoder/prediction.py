@@ -102,15 +102,21 @@ class MotionField:
         self.log2, self.side, self.step = block_log2, 1 << block_log2, step
         self.vectors = {}  # of the blocks; None: does not move
 
-    def decode(self, blocks, stream, models):
+    def decode(self, blocks, stream, models, before=None):
+        """`before`: the blocks of the packet before, in profile main (11.8)."""
         self.vectors = {block: None for block in blocks}
+        steady = before and (before.log2, before.step) == (self.log2, self.step)
         for block in self.vectors:
-            before = (self.vectors.get(plus(block, step)) for step in BELOW)
-            around = [vector for vector in before if vector is not None]
+            around = [self.vectors.get(plus(block, step)) for step in BELOW]
+            around = [vector for vector in around if vector is not None]
             n = len(around)
+            same = before.vectors.get(block) if steady else None
+            if same is not None:
+                around += 4 * [same]
+                n += 4
             if not stream.decision(model(models, ("moves", n))):
                 continue
-            vector = [towards_zero(sum(v[k] for v in around), max(n, 1)) for k in AXES]
+            vector = [towards_zero(sum(v[k] for v in around), max(len(around), 1)) for k in AXES]
             for k in AXES:
                 vector[k] += residual(stream, models, ("difference", k, n))
                 require(abs(vector[k]) <= 1048576 // self.step, "a motion vector of more than 64 cells")
@@ -141,6 +147,14 @@ class MotionField:
 # ---- 8.5 to 8.8 Signs and vertices -----------------------------------------------------------------------------------
 
 
+def confidence(corners, inside, place):
+    """8.6: of a plane's values at a cell's corners."""
+    wrong = sum((corner < 0) != sign for corner, sign in zip(corners, inside))
+    bend = sum(sum(v * (-1) ** dot(axes, corner) for v, corner in zip(place.corners, CORNERS)) ** 2
+               for axes in ((1, 1, 0), (1, 0, 1), (0, 1, 1), (1, 1, 1)))
+    return 4 * min(wrong, 3) + not_above(BENDS, bend)
+
+
 class Plane:
     """8.6: the surface where a cell expects it."""
 
@@ -163,33 +177,37 @@ class Plane:
                 shift[k] += clamp(-corners[j] * rise * inverse >> 14, 0, CELL) - 8192
         self.tangents = [dot(shift, tangent) * (65536 // edges) >> 30 for tangent in tangents]
 
-        wrong = sum((corner < 0) != sign for corner, sign in zip(corners, inside))
-        bend = sum(sum(v * (-1) ** dot(axes, corner) for v, corner in zip(place.corners, CORNERS)) ** 2
-                   for axes in ((1, 1, 0), (1, 0, 1), (0, 1, 1), (1, 1, 1)))
-        self.confidence = 4 * min(wrong, 3) + not_above(BENDS, bend)
+        self.confidence = confidence(corners, inside, place)
 
 
 class Prediction:
     """What one P packet is told by its reference."""
 
-    def __init__(self, packet, depth, reference, models):
-        self.packet, self.depth, self.reference, self.models = packet, depth, reference, models
+    def __init__(self, packet, depth, reference, models, main):
+        self.packet, self.depth, self.reference, self.models, self.main = packet, depth, reference, models, main
         content = packet.section(MOTION, 0)
         front = Fields(content)
         f = Fields(front.take(front.varint(0, MASK64)))
         self.motion = MotionField(f.varint(2, 5), f.varint(256, CELL))
-        self.weights = [[f.fixed(1, 0, 128) for _ in range(4)] for _ in range(16)]
-        self.levels = [f.fixed(1, 1, 255) for _ in range(3)]
+        if not main:
+            self.weights = [[f.fixed(1, 0, 128) for _ in range(4)] for _ in range(16)]
+            self.levels = [f.fixed(1, 1, 255) for _ in range(3)]
         self.vectors = content[front.at:]
         self.block_level = max(depth - self.motion.log2, 0)
 
     def decode_motion(self, blocks):
         stream = Stream(self.vectors)
-        self.motion.decode(blocks, stream, self.models)
+        self.motion.decode(blocks, stream, self.models, self.main and self.models.get("blocks"))
+        self.models["blocks"] = self.motion
         stream.used_up()
 
     def sign_model(self, level, cell, point, usual):
         """8.5: the model of the sign of a point; None: it is the usual one."""
+        kind = self.sign_kind(level, cell, point)
+        return kind and model(self.models, ("moved", *kind, not_above(LIKELIHOODS, usual.one >> 9)))
+
+    def sign_kind(self, level, cell, point):
+        """8.5: min(D - L, 2) and the class; None: the sign is coded as in I packets."""
         below = self.depth - level
         motion = self.motion.of_block(tuple(x >> self.motion.log2 - below - 1 for x in cell))
         if motion is None:
@@ -204,7 +222,7 @@ class Prediction:
             if total == 0:
                 return None
             kind = 16 if total > 0 else 17
-        return model(self.models, ("moved", min(below, 2), kind, not_above(LIKELIHOODS, usual.one >> 9)))
+        return min(below, 2), kind
 
     def plane(self, cell, configuration):
         """8.6: None: no prediction."""
@@ -213,6 +231,21 @@ class Prediction:
             return None
         place = self.reference.at(plus(in_grid(cell, FRAMES[configuration][0]), motion))
         return Plane(place, configuration) if place.known else None
+
+    def moved_height(self, cell, configuration, point, normal):
+        """11.9: height and confidence; None: the surface is not near."""
+        motion = self.motion.of_cell(cell)
+        if motion is None:
+            return None
+        inner = [8 * p for p in point]
+        place = self.reference.at(plus(in_grid(cell, inner), motion))
+        if not place.known:
+            return None
+        facing = max(sum(s * n >> 14 for s, n in zip(place.slope, normal)), 1638)
+        height = clamp(towards_zero(-place.value * CELL, facing), -CELL, CELL)
+        first = place.value - (dot(place.slope, inner) >> 14)
+        corners = [first + dot(place.slope, corner) for corner in CORNERS]
+        return height, confidence(corners, [configuration >> j & 1 for j in range(8)], place)
 
     def vertices(self, cells):
         """8.8"""

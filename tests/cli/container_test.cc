@@ -102,9 +102,7 @@ TEST_F(ContainerTest, HiddenFramesAreDecodedAndNotShown) {
 }
 
 TEST_F(ContainerTest, KilledEncodesAndAppendsLoseNothingThatWasThere) {
-  // ISOREEL_KILLS=50 for the long version.
-  const char* wanted = std::getenv("ISOREEL_KILLS");
-  const int kills = wanted != nullptr ? std::atoi(wanted) : 1;
+  const int kills = std::getenv("ISOREEL_LONG") != nullptr ? 50 : 1;
   longSequence(60'000);
   ok("isoreel encode seq.json -o old.isr --iso 0 --gop 4");
   describe("more", 25, std::vector<std::string>(20'000, "step_00.raw"));
@@ -274,6 +272,15 @@ TEST_F(ContainerTest, AFileIsFollowedWhileItGrows) {
   EXPECT_EQ(wait(reader), 0);
   EXPECT_EQ(json("isoreel decode a.isr --follow --discard --json")["frames"], 200);
   fails("isoreel decode none.isr --follow --discard", 1, "none.isr: cannot open");
+  // Facts as they come are those of the finished file.
+  const auto facts = json("isoreel info a.isr --frames --json")["frame_list"];
+  std::istringstream lines(sh("isoreel info a.isr --follow --json").out);
+  std::size_t count = 0;
+  for (std::string line; std::getline(lines, line); ++count)
+    ASSERT_EQ(nlohmann::json::parse(line), facts.at(count)) << count;
+  EXPECT_EQ(count, facts.size());
+  EXPECT_NE(sh("isoreel info a.isr --follow").out.find("   199  "), std::string::npos);
+  fails("isoreel info a.isr --follow --plot x.svg", 2, "--follow");
 }
 
 }  // namespace

@@ -31,8 +31,7 @@ TEST_F(GopTest, KeysComeAtTheLimit) {
   fails("isoreel encode seq.json -o x.isr --iso 0 --block 7", 2, "--block");
 }
 
-TEST_F(GopTest, ProfileMainIsSmallerAndIntraOnly) {
-  fails("isoreel encode seq.json -o main.isr --iso 0 --profile main", 2, "--frame-types intra");
+TEST_F(GopTest, ProfileMainIsSmaller) {
   fails("isoreel encode seq.json -o main.isr --iso 0 --profile other --frame-types intra", 2, "--profile");
   fails("isoreel encode seq.json -o main.isr --iso 0 --profile main --frame-types intra --without luck", 2,
         "--without");
@@ -45,6 +44,13 @@ TEST_F(GopTest, ProfileMainIsSmallerAndIntraOnly) {
   ok("isoreel verify plain.isr");
   ok("isoreel encode seq.json -o classic.isr --iso 0 --frame-types intra");
   EXPECT_LT(bytes("main.isr"), bytes("classic.isr"));
+  ok("isoreel encode seq.json -o mainp.isr --iso 0 --profile main --gop 5");
+  EXPECT_EQ(types("mainp.isr"), "IPPPPIPP");
+  ok("isoreel verify mainp.isr");
+  EXPECT_LT(bytes("mainp.isr"), bytes("main.isr"));
+  ok("isoreel decode mainp.isr -o main/%05d.ply && isoreel decode mainp.isr -o main3/%05d.ply --frames 3");
+  EXPECT_EQ(content("main3/00003.ply"), content("main/00003.ply"));
+  ok("isoreel trim mainp.isr -o cut.isr --from 2 --recode && isoreel verify cut.isr");
 }
 
 TEST_F(GopTest, FramesInsideAGopAreThoseOfTheWhole) {

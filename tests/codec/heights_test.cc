@@ -31,7 +31,7 @@ TEST(Mixer, FollowsTheModelThatKnows) {
   made::Random random(1);
   std::array<BitModel, 2> knows;
   std::array<BitModel, 4> guesses;
-  MixWeights weights;
+  MixWeights<2> weights;
   Bytes bytes;
   std::vector<bool> bits;
   std::vector<std::array<std::size_t, 2>> contexts;
@@ -41,7 +41,8 @@ TEST(Mixer, FollowsTheModelThatKnows) {
   }
   RangePut put(bytes);
   for (std::size_t i = 0; i < bits.size(); ++i)
-    codeMixed(put, {knows[contexts[i][0]], guesses[contexts[i][1]], weights}, bits[i]);
+    codeMixed(put, Mix<2>({&knows[contexts[i][0]], &guesses[contexts[i][1]]}, weights, kVertexFloor),
+              bits[i]);
   put.finish();
   EXPECT_LT(bytes.size() * 8, bits.size() / 5);  // entropy: 0.141 bits; a model that knows nothing needs 1
   knows.fill({});
@@ -49,12 +50,15 @@ TEST(Mixer, FollowsTheModelThatKnows) {
   weights = {};
   RangeGet get(bytes);
   for (std::size_t i = 0; i < bits.size(); ++i)
-    ASSERT_EQ(codeMixed(get, {knows[contexts[i][0]], guesses[contexts[i][1]], weights}, false), bits[i]);
+    ASSERT_EQ(
+        codeMixed(get, Mix<2>({&knows[contexts[i][0]], &guesses[contexts[i][1]]}, weights, kVertexFloor),
+                  false),
+        bits[i]);
   EXPECT_TRUE(get.finished());
 }
 
 TEST(Mixer, NoDecisionOfAVertexIsCheaperThanAVertexMayBe) {
-  EXPECT_GT(-std::log2(1 - Mix::kFloor / 65536.0), 8 / 512.0);
+  EXPECT_GT(-std::log2(1 - kVertexFloor / 65536.0), 8 / 512.0);
 }
 
 TEST(Surroundings, AreWhatTheBitmapSays) {
@@ -159,13 +163,84 @@ TEST(Heights, AreTheSameWhateverRunsInParallel) {
             serial.data);  // nothing is left of the first frame
 }
 
-TEST(Heights, OfProfileMainAreIntraOnly) {
-  EncoderSettings settings = made::settings(made::named("sphere"));
+/// A torus that turns and moves.
+std::vector<made::Made> moving(int count) {
+  std::vector<made::Made> frames;
+  for (int t = 0; t < count; ++t)
+    frames.push_back({"moving",
+                      made::sampled(made::gridOf(30, 31, 25),
+                                    made::torus(13.2 + 0.6 * t, 14.7 - 0.3 * t, 12.1 + 0.2 * t, 7.3, 3.1)),
+                      0});
+  return frames;
+}
+
+std::vector<Packet> encodedMoving(const std::vector<made::Made>& frames, const HeightSettings& heights,
+                                  FrameTypes types, const ParallelFor& parallel = serialFor) {
+  EncoderSettings settings = made::settings(frames[0], kCell / 8);
   settings.configuration.profile = Profile::kMain;
-  settings.frame_types = FrameTypes::kAuto;
-  const auto encoder = Encoder::create(settings);
-  ASSERT_FALSE(encoder.ok());
-  EXPECT_EQ(encoder.error().code, ErrorCode::kUnsupported);
+  settings.frame_types = types;
+  settings.gop = 5;
+  settings.heights = heights;
+  settings.parallel = parallel;
+  auto encoder = Encoder::create(settings);
+  std::vector<Packet> packets;
+  for (const made::Made& frame : frames)
+    packets.push_back(*encoder->encode(frame.volume, {packets.size(), 0, 1, frame.isovalue}));
+  return packets;
+}
+
+TEST(MovedHeights, ComeBackWithAnyToolsForFewerBytes) {
+  const std::vector<made::Made> frames = moving(7);
+  for (const bool on : {true, false}) {
+    HeightSettings heights;
+    heights.neighbours = heights.mixed_signs = heights.weigh_rate = on;
+    const std::vector<Packet> intra = encodedMoving(frames, heights, FrameTypes::kIntra),
+                              predicted = encodedMoving(frames, heights, FrameTypes::kAuto);
+    Decoder decoder;
+    std::string types;
+    std::size_t bytes = 0, bytes_intra = 0;
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+      const auto surface = decoder.decode(predicted[i].data);
+      ASSERT_TRUE(surface.ok()) << surface.error().message;
+      EXPECT_EQ(surface->quads, Decoder().decode(intra[i].data)->quads);
+      types += predicted[i].header.type == PacketType::kPredicted ? 'P' : 'I';
+      bytes += predicted[i].data.size();
+      bytes_intra += intra[i].data.size();
+    }
+    EXPECT_EQ(types, "IPPPPIP");
+    EXPECT_LT(5 * bytes, 4 * bytes_intra);
+  }
+}
+
+TEST(MovedHeights, AreTheSameWhateverRunsInParallel) {
+  const std::vector<made::Made> frames = moving(3);
+  const auto backwards = [](std::size_t count, const std::function<void(std::size_t)>& body) {
+    for (std::size_t i = count; i-- > 0;) body(i);
+  };
+  const std::vector<Packet> one = encodedMoving(frames, {}, FrameTypes::kAuto),
+                            two = encodedMoving(frames, {}, FrameTypes::kAuto, backwards);
+  for (std::size_t i = 0; i < frames.size(); ++i) EXPECT_EQ(one[i].data, two[i].data);
+}
+
+TEST(MovedHeights, DamageIsRefusedOrHarmless) {
+  const std::vector<Packet> packets = encodedMoving(moving(3), {}, FrameTypes::kAuto);
+  const made::Parts parts = made::taken(packets[2].data);
+  Decoder before;
+  for (int i = 0; i < 2; ++i) ASSERT_TRUE(before.decode(packets[static_cast<std::size_t>(i)].data).ok());
+  made::Random random(3);
+  int refused = 0;
+  for (int i = 0; i < 200; ++i) {
+    made::Parts damaged = parts;
+    Bytes& section = damaged.sections[random() % damaged.sections.size()];
+    const Bytes whole = section;
+    if (i % 3 == 0 && !section.empty()) section.resize(random() % section.size());
+    for (int flips = 0; flips < 3 && !section.empty(); ++flips)
+      section[random() % section.size()] ^= static_cast<std::uint8_t>(1u << random() % 8);
+    if (section == whole) continue;
+    refused += !Decoder(before).decode(made::joined(damaged)).ok();  // or it gave the surface of the hash
+  }
+  EXPECT_GT(refused, 150);
+  EXPECT_TRUE(Decoder(before).decode(packets[2].data).ok());
 }
 
 TEST(Heights, DamageIsRefusedOrHarmless) {

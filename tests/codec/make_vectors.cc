@@ -221,7 +221,7 @@ void acceptAll(Vectors& vectors) {
                  mainPacketOf("touching_spheres", kCell / 16, plain));
   vectors.accept(
       "main_wild",
-      "profile main: weights from -1023 to 1023, residuals up to 65537, heights that leave their cells",
+      "profile main: weights from -255 to 255, residuals up to 65537, heights that leave their cells",
       made::wildHeights(made::named("torus"), 7, 65537, 6));
 }
 
@@ -282,18 +282,8 @@ void rejectAll(Vectors& vectors) {
     change(parts, parts.sections.back());
     return made::joined(parts);
   };
-  vectors.reject("main_predicted", "profile main has no P packets", mainWith([](made::Parts& p, Bytes&) {
-                   made::changeRecord(p.header.configuration, 10, 7 - 2);
-                 }));
-  vectors.reject("main_tools", "tools 8 is above 6",
+  vectors.reject("main_tools", "tools 8 is above 7",
                  mainWith([](made::Parts& p, Bytes&) { made::changeRecord(p.header.configuration, 10, 8); }));
-  vectors.reject("main_weight_1024", "weight is not from -1023 to 1023", mainWith([](made::Parts&, Bytes& v) {
-                   v[1] = 0x80;  // the first weight, in two bytes
-                   v[2] = 0x10;
-                 }));
-  vectors.reject("main_no_header", "vertex header: ", mainWith([](made::Parts&, Bytes& v) { v.clear(); }));
-  vectors.reject("main_header_too_short", "ends inside weight",
-                 mainWith([](made::Parts&, Bytes& v) { v[0] = 15; }));
   vectors.reject("main_vertices_too_short", "vertices: end too early",
                  mainWith([](made::Parts&, Bytes& v) { v.resize(40); }));
   vectors.reject("main_vertices_left_over", "vertices: not used to their end",
@@ -316,8 +306,11 @@ Frames frames(const Grid& grid, std::size_t count, const std::function<made::Fie
 }
 
 std::vector<Bytes> encoded(const Frames& frames, std::uint32_t step = kCell / 16,
-                           std::uint32_t block_log2 = 3) {
+                           std::uint32_t block_log2 = 3, Profile profile = Profile::kClassic,
+                           const HeightSettings& heights = {}) {
   EncoderSettings settings = made::settings(frames.front(), step);
+  settings.configuration.profile = profile;
+  settings.heights = heights;
   settings.frame_types = FrameTypes::kAuto;
   settings.motion.block_log2 = block_log2;
   auto encoder = Encoder::create(settings);
@@ -340,10 +333,17 @@ made::Field both(made::Field a, made::Field b) {
   return [=](double x, double y, double z) { return std::min(a(x, y, z), b(x, y, z)); };
 }
 
+Frames appearing(std::size_t count) {
+  return frames(made::gridOf(26, 12, 12), count, [](double t) {
+    return both(made::sphere(6.3 + 0.4 * t, 5.5, 5.5, 4.6 - (t > 2 ? 9 : 0)),
+                made::sphere(19.3, 5.9, 5.2, t < 1 ? -1 : 3.5 + 0.2 * t));
+  });
+}
+
 /// A sequence of wild packets, in which so many confidences occur.
 std::vector<Bytes> wild(const Frames& frames, const made::Wild& wild, std::uint32_t seed,
-                        std::size_t confidences = 0) {
-  made::WildSequence sequence(seed);
+                        std::size_t confidences = 0, Profile profile = Profile::kClassic) {
+  made::WildSequence sequence(seed, profile);
   made::Wild with = wild;
   std::vector<Bytes> packets;
   for (const made::Made& frame : frames) {
@@ -379,10 +379,7 @@ void acceptSequences(Vectors& vectors) {
                    })));
   vectors.sequence("appear_and_vanish",
                    "a component appears, another vanishes; blocks of both without motion",
-                   encoded(frames(made::gridOf(26, 12, 12), 4, [](double t) {
-                     return both(made::sphere(6.3 + 0.4 * t, 5.5, 5.5, 4.6 - (t > 2 ? 9 : 0)),
-                                 made::sphere(19.3, 5.9, 5.2, t < 1 ? -1 : 3.5 + 0.2 * t));
-                   })));
+                   encoded(appearing(4)));
   vectors.sequence(
       "large_motion", "motion of 5 cells a frame, blocks of 4 cells a side",
       encoded(frames(made::gridOf(29, 12, 12), 3,
@@ -441,6 +438,29 @@ void acceptSequences(Vectors& vectors) {
                                      [=](double x, double, double z) { return z - 2.4 - 0.2 * x - 0.1 * t; });
                                }),
                         near, 5, kConfidences));
+
+  vectors.sequence("main_translated_sphere", "profile main: motion that goes on from packet to packet",
+                   encoded(translatedSphere(), kCell / 8, 3, Profile::kMain));
+  HeightSettings plain;
+  plain.neighbours = plain.mixed_signs = false;
+  vectors.sequence("main_p_without_tools", "profile main, tools 1; a component appears, another vanishes",
+                   encoded(appearing(3), kCell / 8, 3, Profile::kMain, plain));
+  made::Wild main_noise;
+  main_noise.header.block_log2 = 2;
+  main_noise.header.vector_step = 300;
+  vectors.sequence("main_wild_noise", "profile main, noise; random vectors and weights",
+                   wild(frames(made::gridOf(9, 8, 9), 3, noisy), main_noise, 7, 0, Profile::kMain));
+  made::Wild main_near = near;
+  main_near.largest = 65537;
+  main_near.step = 5;
+  vectors.sequence(
+      "main_wild_residuals", "profile main: predictions of many confidences, residuals of up to 65537",
+      wild(frames(made::gridOf(13, 12, 11), 3,
+                  [](double t) {
+                    return both(made::torus(6, 6.3, 5.5, 3.4, 1.7 + 0.1 * t),
+                                [=](double x, double, double z) { return z - 1.4 - 0.2 * x - 0.1 * t; });
+                  }),
+           main_near, 8, 0, Profile::kMain));
 }
 
 void rejectSequences(Vectors& vectors) {
@@ -531,6 +551,19 @@ void rejectSequences(Vectors& vectors) {
         with([](made::Parts& p, Bytes&) { p.sections.back().resize(p.sections.back().size() + 9); }));
   after("p_wrong_hash", "does not match its hash",
         with([](made::Parts& p, Bytes&) { p.header.surface_hash ^= 1; }));
+
+  const std::vector<Bytes> main = encoded(translatedSphere(), kCell / 8, 3, Profile::kMain);
+  const auto mainMotion = [&](std::size_t at, std::uint8_t value) {
+    made::Parts parts = made::taken(main[1]);
+    parts.sections[made::largestSection(parts, SectionKind::kMotion)][at] = value;
+    return made::joined(parts);
+  };
+  const auto afterMain = [&](const char* name, const char* error, const Bytes& packet) {
+    vectors.rejectAfter(name, error, {"main_translated_sphere.0.packet"}, {main[0]}, packet);
+  };
+  // Length 0, block size 1, vector step 2 to 4.
+  afterMain("main_block_size_6", "block size 6 is above 5", mainMotion(1, 6));
+  afterMain("main_motion_header_too_short", "ends inside vector step", mainMotion(0, 2));
 }
 
 }  // namespace

@@ -336,29 +336,30 @@ TEST(MovedSignModels, AreOnePerLevelClassAndVote) {
   for (std::uint32_t shift = 0; shift < 6; ++shift) {
     for (std::size_t distance = 0; distance < MovedSignModels::kClasses; ++distance) {
       std::size_t vote = 0;
-      const BitModel* last = &models.at(shift, distance, 0);
+      const BitModel* last = models.at(shift, distance, 0).model;
       all.insert(last);
       for (std::uint32_t one = 1; one < 65536; ++one) {
-        const BitModel* model = &models.at(shift, distance, static_cast<std::uint16_t>(one));
+        const BitModel* model = models.at(shift, distance, static_cast<std::uint16_t>(one)).model;
         vote += model != last;
         ASSERT_TRUE(model == last || one % 512 == 0) << "probabilities count in 1/128";
         last = model;
         all.insert(model);
       }
       EXPECT_EQ(vote, MovedSignModels::kVotes - 1);
-      EXPECT_EQ(&models.at(shift, distance, 32768), &models.at(std::min(shift, 2u), distance, 33000));
+      EXPECT_EQ(models.at(shift, distance, 32768).model,
+                models.at(std::min(shift, 2u), distance, 33000).model);
     }
   }
   EXPECT_EQ(all.size(), MovedSignModels::kLevels * MovedSignModels::kClasses * MovedSignModels::kVotes);
   constexpr std::array<std::uint32_t, 15> ends{2, 5, 10, 18, 27, 39, 53, 64, 75, 89, 101, 110, 118, 123, 126};
   for (const std::uint32_t end : ends) {
-    EXPECT_NE(&models.at(0, 0, static_cast<std::uint16_t>(512 * end - 1)),
-              &models.at(0, 0, static_cast<std::uint16_t>(512 * end)))
+    EXPECT_NE(models.at(0, 0, static_cast<std::uint16_t>(512 * end - 1)).model,
+              models.at(0, 0, static_cast<std::uint16_t>(512 * end)).model)
         << end;
   }
-  models.at(1, 3, 40000).one = 1;
+  models.at(1, 3, 40000).model->one = 1;
   models.reset();
-  EXPECT_EQ(models.at(1, 3, 40000).one, BitModel{}.one);
+  EXPECT_EQ(models.at(1, 3, 40000).model->one, BitModel{}.one);
 }
 
 TEST(MovedSigns, AskTheFieldWhereTheBlockMovesTo) {
@@ -406,7 +407,7 @@ TEST(MovedSigns, AskTheFieldWhereTheBlockMovesTo) {
           place[k] = (node[k] << shift) * kCell + block->vector[k] * 300;
         }
         const auto one = static_cast<std::uint16_t>(random());
-        const BitModel* const model = moved.at(node[0], node[1], node[2], one);
+        const BitModel* const model = moved.at(node[0], node[1], node[2], one).model;
         if (!block->moves) {
           ASSERT_EQ(model, nullptr);
           continue;
@@ -416,7 +417,7 @@ TEST(MovedSigns, AskTheFieldWhereTheBlockMovesTo) {
         for (const std::int16_t v : around.values()) sum += v == CornerValues::kUnknown ? 0 : v;
         if (around.allKnown()) {
           const auto distance = definition::slopesAt(around.values(), place).value;
-          ASSERT_EQ(model, &models.at(shift, plainClass(distance), one));
+          ASSERT_EQ(model, models.at(shift, plainClass(distance), one).model);
           const Vector at = inCells(place);
           ASSERT_NEAR(distance / 4096.0, sphere(at[0], at[1], at[2]), 0.25);
           ++seen[2];
@@ -424,7 +425,7 @@ TEST(MovedSigns, AskTheFieldWhereTheBlockMovesTo) {
           ASSERT_EQ(model, nullptr);
           ++seen[0];
         } else {
-          ASSERT_EQ(model, &models.at(shift, sum < 0 ? 17 : 16, one));
+          ASSERT_EQ(model, models.at(shift, sum < 0 ? 17 : 16, one).model);
           ++seen[1];
         }
       }

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "encode/height_coder.h"
 #include "extract/dual_contouring.h"
 #include "extract/octree.h"
 #include "intra/sign_tree.h"
@@ -81,17 +82,16 @@ Bytes wildHeights(const Made& made, std::uint32_t step, std::int32_t largest, st
   const Bytes packet = encodedMain(made, step).data;
   Parts parts = taken(packet);
   parts.header.step = step;
-  HeightHeader header;
-  for (auto& colour : header.weights) {
-    for (auto& w : colour) w = within(HeightHeader::kMaxWeight);
+  HeightWeights weights;
+  for (auto& colour : weights.plain) {
+    for (auto& w : colour) w = within(HeightWeights::kMax);
   }
   HeightFrame frame;
   frame.build(extracted.cells, extracted.index, made.volume.grid);
   HeightModels models;
   Bytes section;
-  EXPECT_TRUE(writeSized(section, header).ok());
   RangePut coder(section);
-  codeHeights(coder, models, header, extracted.cells, frame, static_cast<std::int32_t>(step), kToolsOfMain,
+  codeHeights(coder, models, weights, extracted.cells, frame, static_cast<std::int32_t>(step), kToolsOfMain,
               [&](std::uint32_t, std::int32_t, const HeightContext&) {
                 return within(random() % 2 == 0 ? 2 : largest);
               });
@@ -113,10 +113,17 @@ Bytes WildSequence::intra(const Made& made, std::uint32_t step) {
   header.step = header.tangential_step = step;
   Configuration configuration = settings(made, step).configuration;
   configuration.tools = kToolPrediction;
+  if (main_) {
+    configuration.profile = Profile::kMain;
+    configuration.tools = kToolsOfMain;
+  }
   header.configuration = *writeConfiguration(configuration);
   const auto signed_step = static_cast<std::int32_t>(step);
+  const FrameInput input = frame.input(made.volume.grid, {signed_step, signed_step});
+  HeightFrame heights;
   return packet(made, frame.cells, frame.index, header,
-                *codeIntra(frame.input(made.volume.grid, {signed_step, signed_step})));
+                main_ ? *HeightCoder(input, nullptr, kToolsOfMain, {}, serialFor, heights).codeIntra()
+                      : *codeIntra(input));
 }
 
 Bytes WildSequence::predicted(const Made& made, const Wild& wild) {
@@ -146,9 +153,13 @@ Bytes WildSequence::predicted(const Made& made, const Wild& wild) {
       v = within(wild.farthest / static_cast<std::int32_t>(wild.header.vector_step));
   }
   Bytes head;
-  EXPECT_TRUE(writeSized(head, wild.header).ok());
-  addSection(coded, SectionKind::kMotion, 0, head,
-             [&](RangePut& coder) { EXPECT_TRUE(motion.code(coder, coded.models.motion).ok()); });
+  EXPECT_TRUE((main_ ? writeSized(head, static_cast<const MotionHeader&>(wild.header))
+                     : writeSized(head, wild.header))
+                  .ok());
+  addSection(coded, SectionKind::kMotion, 0, head, [&](RangePut& coder) {
+    EXPECT_TRUE(motion.code(coder, coded.models.motion, main_ ? &coded.models.blocks : nullptr).ok());
+  });
+  if (main_) coded.models.blocks = motion;
 
   MovedSigns moved(reference_.field(), motion, coded.models.moved_signs);
   for (std::uint32_t level = block_level + 1; level <= depth; ++level) {
@@ -156,6 +167,10 @@ Bytes WildSequence::predicted(const Made& made, const Wild& wild) {
     signs.write(level, moved);
   }
 
+  if (main_) {
+    heights(made, frame.cells, frame.index, motion, wild, coded);
+    return packet(made, frame.cells, frame.index, header, std::move(coded));
+  }
   MovedPlanes moved_planes(reference_.field(), motion, frame.cells);
   const auto planes = [&](std::uint32_t i) {
     const MovedPlane plane = moved_planes(i);
@@ -173,6 +188,34 @@ Bytes WildSequence::predicted(const Made& made, const Wild& wild) {
                           frame.index, steps, planes, choice, coded.decoded);
   });
   return packet(made, frame.cells, frame.index, header, std::move(coded));
+}
+
+HeightWeights WildSequence::weights() {
+  HeightWeights result;
+  for (std::size_t colour = 0; colour < 2; ++colour) {
+    for (auto& w : result.plain[colour]) w = within(HeightWeights::kMax);
+    for (auto& kind : result.moved[colour]) {
+      for (auto& w : kind) w = within(HeightWeights::kMax);
+    }
+  }
+  return result;
+}
+
+void WildSequence::heights(const Made& made, std::span<const Cell> cells, const CellIndex& index,
+                           const MotionField& motion, const Wild& wild, CodedFrame& coded) {
+  HeightFrame frame;
+  frame.build(cells, index, made.volume.grid);
+  moveHeights(reference_.field(), motion, cells, frame);
+  for (const MovedHeight& height : frame.moved) {
+    if (height.confidence != MovedHeight::kNone) ++confidences_[height.confidence];
+  }
+  addSection(coded, SectionKind::kVertices, 0, {}, [&](RangePut& coder) {
+    codeHeights(coder, coded.models.heights, weights(), cells, frame, static_cast<std::int32_t>(wild.step),
+                kToolsOfMain,
+                [&](std::uint32_t, std::int32_t, const HeightContext&) { return within(wild.largest); });
+  });
+  for (std::size_t i = 0; i < cells.size(); ++i)
+    coded.decoded.push_back(atHeight(frame.predicted, i, frame.heights[i]));
 }
 
 Bytes WildSequence::packet(const Made& made, std::span<const Cell> cells, const CellIndex& index,

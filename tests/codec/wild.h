@@ -12,7 +12,7 @@ namespace isoreel::made {
 
 /// What a wild packet is made of. Vectors and residuals are random, within these limits.
 struct Wild {
-  PredictionHeader header;
+  PredictionHeader header;  // profile main: its size of blocks and step of vectors
   std::uint32_t step = kCell / 16, tangential_step = kCell / 8;
   std::int32_t farthest = 2 * kCell;  // of vectors, 1/16384 of a cell
   std::int32_t largest = 4;           // of residuals
@@ -28,7 +28,8 @@ Bytes wildHeights(const Made& made, std::uint32_t step, std::int32_t largest, st
 /// Packets one after the other, the first one an I packet. The volumes must have grids of the same size.
 class WildSequence {
  public:
-  explicit WildSequence(std::uint32_t seed) : random_(seed) {}
+  explicit WildSequence(std::uint32_t seed, Profile profile = Profile::kClassic)
+      : random_(seed), main_(profile == Profile::kMain) {}
   Bytes intra(const Made& made, std::uint32_t step = kCell / 16);
   Bytes predicted(const Made& made, const Wild& wild);
   Random& random() { return random_; }
@@ -42,7 +43,12 @@ class WildSequence {
     return static_cast<std::int32_t>(random_() % (2 * static_cast<std::uint32_t>(limit) + 1)) - limit;
   }
 
+  HeightWeights weights();
+  void heights(const Made& made, std::span<const Cell> cells, const CellIndex& index,
+               const MotionField& motion, const Wild& wild, CodedFrame& coded);
+
   Random random_;
+  bool main_;
   std::uint64_t number_ = 0;
   isoreel::Reference reference_;
   PacketModels models_;

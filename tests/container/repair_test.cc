@@ -248,7 +248,8 @@ TEST_F(RepairTest, CutAnywhereKeepsAllWholeFrames) {
     if (chunk.type == "FRAM") ends.push_back(chunk.offset + chunk.bytes);
   }
   const std::size_t track = findChunk(file, "TRAK").offset + findChunk(file, "TRAK").bytes;
-  for (std::size_t size = 0; size < file.size(); size += 61) {
+  const std::size_t apart = std::getenv("ISOREEL_LONG") != nullptr ? 1 : 61;
+  for (std::size_t size = 0; size < file.size(); size += apart) {
     const auto report = repair(Bytes(file.begin(), file.begin() + static_cast<std::ptrdiff_t>(size)));
     ASSERT_EQ(report.ok(), size >= track) << size;
     if (!report.ok()) continue;

@@ -32,7 +32,7 @@ LIBRARIES = {
     "base": r"$^",
     "codec": r"xxhash\.h$|Eigen/",
     "container": r"xxhash\.h$|zstd\.h$|isa-l/",
-    "examples": r"$^",
+    "examples": r"gst/",
 }
 SYSTEM = re.compile(r"[a-z_0-9]+$|(sys/\w+|fcntl|unistd|errno|poll|pthread|immintrin|arm_neon)(\.h)?$")
 

@@ -250,5 +250,50 @@ TEST(WritePng, SaysWhatWentWrong) {
   std::filesystem::remove_all(folder);
 }
 
+TEST(Render, TrianglesLookLikeTheSurfaceTheyAreOf) {
+  const Surface surface = sphereSurface({16, 16, 16}, 12);
+  std::vector<std::array<float, 3>> points;
+  for (std::uint32_t i = 0; i < surface.vertices.size(); ++i) {
+    const Vec3d p = surface.world(i);
+    points.push_back({static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])});
+  }
+  const std::vector<Triangle> triangles = surface.triangles();
+  const Image expected = render(surface, small()), image = render(TriangleView{points, triangles}, small());
+  ASSERT_EQ(image.pixels.size(), expected.pixels.size());
+  int apart = 0;
+  for (std::size_t i = 0; i < image.pixels.size(); ++i)
+    apart += std::abs(image.pixels[i] - expected.pixels[i]) > 8;
+  EXPECT_LT(apart, 100);
+  EXPECT_EQ(boundingBox(TriangleView{points, triangles}).max, boundingBox(surface).max);
+}
+
+TEST(Render, WidePixelsLeaveABallRound) {
+  RenderSettings settings = small();
+  const Surface ball = sphereSurface({16, 16, 16}, 15);
+  const Seen square = seen(render(ball, settings));
+  settings.width /= 2;
+  settings.pixel_aspect = 2;
+  const Seen wide = seen(render(ball, settings));
+  EXPECT_NEAR(2 * (wide.right - wide.left), square.right - square.left, 4);
+  EXPECT_NEAR(wide.bottom - wide.top, square.bottom - square.top, 2);
+}
+
+TEST(Render, DraftsShowTheSameOutline) {
+  RenderSettings settings = small();
+  const Surface ball = sphereSurface({16, 16, 16}, 15);
+  const Seen full = seen(render(ball, settings));
+  settings.ambient = false;
+  settings.samples = 1;
+  EXPECT_NEAR(seen(render(ball, settings)).count, full.count, 0.05 * full.count);
+}
+
+TEST(Render, CaptionsStandInTheUpperLeftCorner) {
+  const Image plain = render(Surface{}, small());
+  Image captioned = plain;
+  drawCaption("frame 17", captioned);
+  EXPECT_NE(captioned.pixels, plain.pixels);
+  EXPECT_EQ(pixel(captioned, 119, 89), pixel(plain, 119, 89));
+}
+
 }  // namespace
 }  // namespace isoreel::inspect

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <isoreel/base/packet.h>
 #include <isoreel/base/parallel.h>
 #include <isoreel/codec/surface.h>
 #include <isoreel/inspect/attribute.h>
@@ -8,6 +9,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <span>
 
 namespace isoreel::inspect {
 
@@ -24,8 +26,20 @@ struct Box {
   Vec3d max{-1, -1, -1};
   bool empty() const { return min[0] > max[0]; }
   void add(const Vec3d& p);
+  void join(const Box& other);
 };
 Box boundingBox(const Surface& surface);
+/// As the header tells, without decoding: of the box that is aligned with the grid, or where the header does
+/// not tell one, as in other containers, of the grid. Empty without faces.
+Box boundingBox(const FrameHeader& header, const Grid& grid);
+
+/// Triangles in the world, the caller's: corners run counter-clockwise seen from outside, each below
+/// points.size(); what they are is not checked here.
+struct TriangleView {
+  std::span<const std::array<float, 3>> points;
+  std::span<const Triangle> triangles;
+};
+Box boundingBox(const TriangleView& mesh);
 
 /// Where the picture is taken from. Angles in degrees: azimuth around the world's z axis (0 looks along +y),
 /// elevation above its horizon, -90 to 90. The camera looks at the box's centre from where the whole box
@@ -44,10 +58,13 @@ struct Camera {
 struct RenderSettings {
   int width = 1280;
   int height = 960;
+  double pixel_aspect = 1;  // width of a pixel by its height, above 0
   Camera camera;
-  Box frame;               // what must fit into the picture; empty: the surface's own box
-  int samples = 4;         // rays a pixel, a square number
-  bool smooth = true;      // interpolated vertex normals; false shows facets
+  Box frame;        // what must fit into the picture; empty: the surface's own box
+  int samples = 4;  // rays a pixel, a square number
+  bool ambient =
+      true;            // light from all of the sky and what keeps it away: most of the time; false for drafts
+  bool smooth = true;  // interpolated vertex normals; false shows facets
   bool wireframe = false;  // the quads' edges, as lines of about a pixel
   Attribute attribute;     // colours the surface and adds a colour bar, when it has a value for each vertex
   std::optional<MotionOverlay> motion;  // arrows and a legend, over the picture of the blocks' own surface
@@ -57,6 +74,13 @@ struct RenderSettings {
 /// colour, and a shadow lies below the frame's box. A surface without faces gives the backdrop alone. Opaque,
 /// in sRGB, at least 1 × 1 pixels. The same on one machine for every `parallel`.
 Image render(const Surface& surface, const RenderSettings& settings, const ParallelFor& parallel = serialFor);
+/// The same of triangles: lines are theirs, and there are no colours or motion to show.
+Image render(const TriangleView& mesh, const RenderSettings& settings,
+             const ParallelFor& parallel = serialFor);
+
+/// Writes a line of text into the upper left corner, sized by the picture. Text that is not UTF-8 leaves the
+/// picture as it is.
+void drawCaption(const std::string& caption, Image& image);
 
 /// Draws the scale's bar with its range and label into the lower right corner, sized by the picture.
 void drawColourBar(const ColourScale& scale, Image& image);

@@ -1,0 +1,30 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# `cpack -G DEB` in a build that is configured for /usr (preset `package`): four packages, by component.
+set(CPACK_PACKAGE_NAME isoreel)
+set(CPACK_PACKAGE_CONTACT "Isoreel <isoreel@localhost>")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${PROJECT_DESCRIPTION}")
+set(CPACK_RESOURCE_FILE_LICENSE ${PROJECT_SOURCE_DIR}/LICENSE)
+set(CPACK_PACKAGING_INSTALL_PREFIX ${CMAKE_INSTALL_PREFIX})
+set(CPACK_COMPONENTS_ALL core tools plugin dev)
+set(CPACK_COMPONENT_CORE_DESCRIPTION "Isoreel: documents, the format's specification, a sample sequence")
+set(CPACK_COMPONENT_TOOLS_DESCRIPTION "Isoreel: the command line")
+set(CPACK_COMPONENT_PLUGIN_DESCRIPTION "Isoreel: the GStreamer plugin")
+set(CPACK_COMPONENT_DEV_DESCRIPTION "Isoreel: static libraries and headers for C++")
+set(CPACK_COMPONENT_TOOLS_DEPENDS core)
+
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_DEBIAN_ENABLE_COMPONENT_DEPENDS ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SECTION graphics)
+set(CPACK_DEBIAN_CORE_PACKAGE_NAME isoreel-core)
+set(CPACK_DEBIAN_CORE_PACKAGE_ARCHITECTURE all)
+set(CPACK_DEBIAN_TOOLS_PACKAGE_NAME isoreel)
+set(CPACK_DEBIAN_PLUGIN_PACKAGE_NAME gstreamer1.0-isoreel)
+set(CPACK_DEBIAN_DEV_PACKAGE_NAME libisoreel-dev)
+# What they need is what their files link; a static library's users link it themselves.
+set(CPACK_DEBIAN_TOOLS_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PLUGIN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "libzstd-dev, libxxhash-dev")
+set(CPACK_DEBIAN_DEV_PACKAGE_SUGGESTS
+    "libisal-dev, libeigen3-dev, libassimp-dev, libpugixml-dev, libopenvdb-dev, libembree-dev, libcairo2-dev")
+include(CPack)
