@@ -32,6 +32,7 @@ void addAttachCommand(CLI::App& app, Action& chosen);
 void addExtractCommand(CLI::App& app, Action& chosen);
 void addConformanceCommand(CLI::App& app, Action& chosen);
 void addDemoCommand(CLI::App& app, Action& chosen);
+void addDocsCommand(CLI::App& app, Action& chosen);
 
 /// Runs a command line as `main` would ("encode", "-o", …), for the demo. Returns its exit code.
 int run(std::vector<std::string> arguments);

@@ -72,6 +72,7 @@ int run(std::vector<std::string> arguments) {
   addExtractCommand(app, chosen);
   addConformanceCommand(app, chosen);
   addDemoCommand(app, chosen);
+  addDocsCommand(app, chosen);
   try {
     std::reverse(arguments.begin(), arguments.end());  // CLI11 takes them last first
     app.parse(arguments);

@@ -108,6 +108,8 @@ class Packet:
 
 NEW_NODES = [tuple(map(int, d)) for d in
              "111 110 101 011 112 121 211 100 010 001 120 210 102 012 201 021 122 212 221".split()]
+# For each new node, where the cells lie that it belongs to as well: across a face, an edge or a corner of its own.
+SHARING = {d: [offset for offset in product(*[(0, k - 1) if k != 1 else (0,) for k in d]) if any(offset)] for d in NEW_NODES}
 AROUND = [[d for d in product((-1, 0, 1), repeat=3) if sum(map(abs, d)) == apart] for apart in (1, 2, 3)]
 
 
@@ -191,12 +193,9 @@ class Tree:
 
     def beside_leaf(self, cell, d, parents):
         """Whether the point at d of the cell also lies on a cell of the same level that is not divided."""
-        for subset in product((0, 1), repeat=3):
-            if not any(subset) or any(take and k == 1 for take, k in zip(subset, d)):
-                continue
-            neighbour = plus(cell, tuple(take * (k - 1) for take, k in zip(subset, d)))
-            in_grid = all(0 <= n < count for n, count in zip(neighbour, parents))
-            if in_grid and neighbour not in self.cells:
+        for offset in SHARING[d]:
+            neighbour = plus(cell, offset)
+            if neighbour not in self.cells and all(0 <= n < count for n, count in zip(neighbour, parents)):
                 return True
         return False
 

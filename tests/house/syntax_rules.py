@@ -77,14 +77,26 @@ def body_of_fields(text, at):
 
 def fields_in_code(sources):
     """Section -> [(name, call, arguments)], of all structures that name it, in the order of the code."""
-    sections = {}
+    sections, structures = {}, {}
     for text in sources.values():
         for match in STRUCT.finditer(text):
             if " fields(" not in text[match.end():]:
                 continue
-            calls = FIELD.findall(body_of_fields(text, match.end()))
-            fields = [(name, call, [a.strip() for a in arguments.split(",")][1:]) for call, name, arguments in calls if call in TYPES]
-            sections.setdefault(match[1], []).extend(fields)
+            name = re.findall(r"\bstruct (\w+)", text[:match.start()])[-1]
+            if name in structures:
+                sys.exit(f"two structures are called {name}: give one another name")
+            structures[name] = match[1], body_of_fields(text, match.end())
+
+    def fields_of(body):
+        for part in re.split(r"(\w+::fields\(v\))", body):  # those of a base class stand in its own list
+            if part.endswith("::fields(v)"):
+                yield from fields_of(structures[part.split(":")[0]][1])
+            else:
+                yield from ((name, call, [a.strip() for a in arguments.split(",")][1:])
+                            for call, name, arguments in FIELD.findall(part) if call in TYPES)
+
+    for section, body in structures.values():
+        sections.setdefault(section, []).extend(fields_of(body))
     return sections
 
 

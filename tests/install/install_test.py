@@ -72,6 +72,9 @@ def main():
 
         command, data = prefix / "bin/isoreel", prefix / "share/isoreel/droplets"
         check((data / "README.md").is_file(), "the bundled sequence is not installed")
+        for name in ("man/man1/isoreel.1", "man/man1/isoreel-encode.1", "bash-completion/completions/isoreel",
+                     "mime/packages/isoreel.xml", "isoreel/isoreel.magic"):
+            check((prefix / "share" / name).is_file(), f"share/{name} is not installed")
         volume = sorted(data.glob("*.vdb"))[0]
         reel = folder / "solver.isr"
 
