@@ -106,8 +106,13 @@ class Checks:
                 frame = {"number": header.number, "time": header.time, "hidden": header.hidden}
                 frames.append(frame | ({"error": ""} if isinstance(surface, Refused) else summary(surface)))
             tracks.append({"id": track.id, "name": track.name or "", "frames": frames})
-        attachments = [{"name": a["name"], "media_type": a["media_type"], "content": attachment(source, a).decode()}
-                       for a in contents.attachments]
+        attachments = []
+        for listed in contents.attachments:
+            try:
+                content = {"content": attachment(source, listed).decode()}
+            except Refused:
+                content = {"error": ""}
+            attachments.append({"name": listed["name"], "media_type": listed["media_type"]} | content)
         packets, pipe = 0, {}
         try:
             for _ in by_pipe(data):

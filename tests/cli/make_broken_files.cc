@@ -94,6 +94,13 @@ void damageChunks(Files& files) {
   files.damaged("footer_gone", "container 8", "it was cut, or is still being written", cut(good, 64));
   files.damaged("footer_crc", "container 8", "payload CRC does not match", flipped(good, good.size() - 1));
   files.damaged("index_crc", "container 7", "payload CRC does not match", flipped(good, good.size() - 70));
+  files.damaged("attachment_damaged", "container 6.3", "payload CRC does not match", [] {
+    FileMaker maker;
+    maker.track(0, "a");
+    maker.part({"a.txt", 0, AttachmentPart::kLast, "text/plain"}, "content");
+    const Bytes file = maker.finish();
+    return flipped(file, chunkAt(file, "ATCH") + ChunkHeader::kBytes + 30);
+  }());
   files.damaged("bytes_behind_footer", "container 8", "no chunk starts here", [&] {
     Bytes file = good;
     file.insert(file.end(), 24, 0);

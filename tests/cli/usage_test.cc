@@ -47,7 +47,6 @@ TEST_F(UsageTest, MistakesAreNamed) {
   fails("isoreel info a.isr b.isr", 2, "b.isr");
   for (const char* bad : {"-1", "257", "x"})
     fails(fmt::format("isoreel verify x.isr --jobs={}", bad), 2, "--jobs");
-  fails("isoreel encode x -o y --iso 0 --profile main", 2, "--profile");
   fails("isoreel encode x -o y --iso 0 --frame-types both", 2, "--frame-types");
   fails("isoreel compare a.isr", 2, "input");
   fails("isoreel compare a.isr b.json --samples 5", 2, "--samples");
