@@ -2,26 +2,13 @@
 // Where the signs alone put the vertices, and which way the surface looks there (spec codec 11.2, 11.3).
 #pragma once
 
-#include <array>
-#include <cstdint>
 #include <span>
 #include <vector>
 
+#include "intra/sign_lanes.h"
 #include "lattice/surroundings.h"
 
 namespace isoreel {
-
-/// Four lanes of 16 bits: x, y, z and one more.
-struct alignas(8) Lanes {
-  std::array<std::int16_t, 4> v{};
-};
-
-/// Inputs of the height's prediction, in 1/16384 of a cell or a like unit, and how bent the surface is.
-struct alignas(16) SignInputs {
-  static constexpr std::size_t kCount = 6;
-  std::array<std::int16_t, kCount> v{};
-  std::int16_t bend = 0;  // 0 to 15
-};
 
 /// What signs predict of each vertex.
 struct SignPrediction {
@@ -39,9 +26,8 @@ struct SignPrediction {
              const std::array<std::uint32_t, 3>& nodes);
 
  private:
-  SignInputs inputsOf(std::size_t i, const Surroundings& around) const;
-
   std::vector<Lanes> start_, other_;
+  std::vector<std::uint32_t> at_border_;
 };
 
 }  // namespace isoreel
