@@ -26,7 +26,7 @@ struct CompareOptions {
   VolumeInput volumes;
   std::string frames;
   VertexPlacement placement = VertexPlacement::kQef;
-  std::size_t samples = 200'000;
+  std::size_t samples = inspect::kSamples;
   int jobs = 0;
   bool json = false;
 };

@@ -94,7 +94,12 @@ HeightCoder::HeightCoder(const FrameInput& frame, const VolumeField* field, std:
     return;
   }
   quads_ = dualQuads(frame.cells, frame.index);
-  fit_.emplace(*field, frame.cells, heights, quads_, frame.grid, parallel);
+  if (settings.fit == Fit::kVolume) {
+    target_ = std::make_unique<VolumeTarget>(*field);
+  } else {
+    target_ = std::make_unique<MeshTarget>(frame.cells, frame.vertices, quads_, frame.grid);
+  }
+  fit_.emplace(*target_, frame.cells, heights, quads_, frame.grid, parallel);
   fit_->toSurface();
   if (settings.fit_triangles) fit_->optimise(kFitRounds);
   wanted_ = fit_->heights();

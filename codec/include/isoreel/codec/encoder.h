@@ -37,8 +37,15 @@ struct MotionSettings {
   bool registration = true;  // refine by registration to the previous surface
 };
 
+/// What decoded surfaces should be close to.
+enum class Fit {
+  kVolume,     // the isosurface of the volume's trilinear interpolant
+  kExtracted,  // the mesh of the extractor
+};
+
 /// What the encoder of profile main may leave out, to see what each is worth.
 struct HeightSettings {
+  Fit fit = Fit::kVolume;
   bool neighbours = true;     // predict heights from those of coded neighbours (a tool of the format)
   bool mixed_signs = true;    // two opinions on each sign (another)
   bool fit_triangles = true;  // choose heights for the mesh's triangles, not for its vertices alone

@@ -38,12 +38,15 @@ struct SurfaceDistance {
   std::size_t samples = 0;
 };
 
+/// What `isoreel compare` and `isoreel encode` sample unless they are told otherwise.
+inline constexpr std::size_t kSamples = 200'000;
+
 /// Exact nearest-point distances between uniform area-weighted samples of two meshes, both ways. Sampling is
 /// deterministic (a fixed low-discrepancy sequence, `samples` each way, at least 1), and every vertex of a
 /// triangle counts for the maximum too. Two meshes without triangles are at distance 0; if only one has none,
 /// every figure is infinite. Less than 1e-9 cells is what rounding leaves, and counts as 0: identical meshes
 /// are at distance 0. The same for every `parallel`.
-SurfaceDistance distance(const Mesh& a, const Mesh& b, std::size_t samples = 200'000,
+SurfaceDistance distance(const Mesh& a, const Mesh& b, std::size_t samples = kSamples,
                          const ParallelFor& parallel = serialFor);
 
 }  // namespace isoreel::inspect
