@@ -173,7 +173,7 @@ Status HeightCoder::codeVertices(CodedFrame& coded) {
   if (fit_ && settings_.weigh_rate) {
     fit_->setAll(wanted_);
     for (int pass = 0; pass < kRatePasses; ++pass) {
-      fit_->linearise();
+      if (pass == 0) fit_->linearise();  // near enough for all
       write(cheapest);
     }
   } else {
