@@ -28,6 +28,8 @@ const std::map<std::string, FrameTypes> kFrameTypes{{"auto", FrameTypes::kAuto},
                                                     {"intra", FrameTypes::kIntra}};
 const std::map<std::string, Profile> kProfiles{{"classic", Profile::kClassic}, {"main", Profile::kMain}};
 const std::map<std::string, Fit> kFits{{"volume", Fit::kVolume}, {"extracted", Fit::kExtracted}};
+const std::map<std::string, Preset> kPresets{
+    {"fast", Preset::kFast}, {"default", Preset::kDefault}, {"best", Preset::kBest}};
 const std::map<std::string, Inside> kInside{{"below", Inside::kBelow}, {"above", Inside::kAbove}};
 
 constexpr double kFull = 0.985;  // of the length asked for: near enough
@@ -45,12 +47,12 @@ struct EncodeOptions {
   std::string fps;  // "" for the volumes' own times, or else 25
   std::string times;
   std::string frames;
-  Profile profile = Profile::kClassic;
+  Profile profile = Profile::kMain;
   std::vector<std::string> without;
   FrameTypes frame_types = FrameTypes::kAuto;
   std::uint32_t gop = 12;
-  std::uint32_t block = 8;
-  std::uint32_t search = 8;
+  Preset preset = Preset::kDefault;
+  std::optional<std::uint32_t> block, search;
   bool registration = true;
   VertexPlacement placement = VertexPlacement::kQef;
   Fit fit = Fit::kVolume;
@@ -183,16 +185,16 @@ void printSummary(const EncodeOptions& options, const Totals& totals, std::uint6
   if (options.json) {
     const std::uint64_t other = bytes - totals.sizes.signs - totals.sizes.motion - totals.sizes.vertices;
     nlohmann::ordered_json result{{"frames", totals.frames},
-                                        {"vertices", totals.vertices},
-                                        {"bytes",
-                                         {{"total", bytes},
-                                          {"signs", totals.sizes.signs},
-                                          {"motion", totals.sizes.motion},
-                                          {"vertices", totals.sizes.vertices},
-                                          {"other", other}}},
-                                        {"predicted_frames", totals.predicted},
-                                        {"frame_list", totals.list},
-                                        {"seconds", seconds}};
+                                  {"vertices", totals.vertices},
+                                  {"bytes",
+                                   {{"total", bytes},
+                                    {"signs", totals.sizes.signs},
+                                    {"motion", totals.sizes.motion},
+                                    {"vertices", totals.sizes.vertices},
+                                    {"other", other}}},
+                                  {"predicted_frames", totals.predicted},
+                                  {"frame_list", totals.list},
+                                  {"seconds", seconds}};
     if (totals.error_kind != ErrorKind::kNone)
       result["error"] = errorJson(totals.error_kind, totals.errorRms(), totals.error_max);
     fmt::print(out, "{}\n", result.dump());
@@ -203,9 +205,10 @@ void printSummary(const EncodeOptions& options, const Totals& totals, std::uint6
              counted(totals.frames, "frame"), totals.predicted, totals.vertices, bytes, seconds);
   std::string error;
   if (totals.error_kind != ErrorKind::kNone) {
-    error = fmt::format("; {} {:.4f} cells RMS, at most {:.4f}",
-                        totals.error_kind == ErrorKind::kVolume ? "from the volumes' isosurfaces" : "vertices moved",
-                        totals.errorRms(), totals.error_max);
+    error = fmt::format(
+        "; {} {:.4f} cells RMS, at most {:.4f}",
+        totals.error_kind == ErrorKind::kVolume ? "from the volumes' isosurfaces" : "vertices moved",
+        totals.errorRms(), totals.error_max);
   }
   fmt::print(out, "  {:.2f} bits a vertex: {:.2f} signs, {:.2f} motion, {:.2f} positions{}\n", share(bytes),
              share(totals.sizes.signs), share(totals.sizes.motion), share(totals.sizes.vertices), error);
@@ -221,8 +224,11 @@ EncoderSettings settingsOf(const EncodeOptions& options, const EncodeJob& job) {
   settings.configuration.time_base = job.times.base;
   settings.frame_types = options.frame_types;
   settings.gop = options.gop;
-  settings.motion = {static_cast<std::uint32_t>(std::countr_zero(options.block)), options.search,
-                     options.registration};
+  usePreset(options.preset, settings);
+  if (options.block)
+    settings.motion.block_log2 = static_cast<std::uint32_t>(std::countr_zero(*options.block));
+  if (options.search) settings.motion.range = *options.search;
+  settings.motion.registration = options.registration;
   for (const std::string& tool : options.without) {
     if (tool == "neighbours") settings.heights.neighbours = false;
     if (tool == "signs") settings.heights.mixed_signs = false;
@@ -286,8 +292,8 @@ Result<std::uint32_t> stepForSize(const Pass& pass) {
   while (const auto step = search.next()) {
     EncodeTarget target(pass.options.target);
     Totals totals;
-    ISOREEL_TRY(pass.run(target, *step, fmt::format("try {}", ++number), totals,
-                         std::make_unique<CountingSink>()));
+    ISOREEL_TRY(
+        pass.run(target, *step, fmt::format("try {}", ++number), totals, std::make_unique<CountingSink>()));
     bytes = static_cast<double>(target.bytesAdded());
     search.add(*step, bytes);
   }
@@ -365,32 +371,43 @@ void addEncodeCommand(CLI::App& app, Action& chosen) {
       ->type_name("below|above");
   CLI::Option* step =
       verb->add_option("--step", options->step, "Quantiser step of vertices, as a part of a cell");
-  CLI::Option* size = verb->add_option("--size", options->size,
-                                       "Length of the file to make, in bytes (or 300kB, 20MB, 4MiB): the step that fills "
-                                       "it to 98 % at least is looked for, in three or four encodes")
-                          ->transform(CLI::AsSizeValue(true))
-                          ->type_name("BYTES")
-                          ->default_str("")
-                          ->excludes("--append")
-                          ->excludes(step);
-  verb->add_option("--max-error", options->max_error,
-                   "Cells RMS that no frame may be further from its volume's isosurface (as `compare` finds it): "
-                   "each GOP gets the largest step that keeps to it")
+  CLI::Option* size =
+      verb->add_option("--size", options->size,
+                       "Length of the file to make, in bytes (or 300kB, 20MB, 4MiB): the step that fills "
+                       "it to 98 % at least is looked for, in three or four encodes")
+          ->transform(CLI::AsSizeValue(true))
+          ->type_name("BYTES")
+          ->default_str("")
+          ->excludes("--append")
+          ->excludes(step);
+  verb->add_option(
+          "--max-error", options->max_error,
+          "Cells RMS that no frame may be further from its volume's isosurface (as `compare` finds it): "
+          "each GOP gets the largest step that keeps to it")
       ->check(CLI::PositiveNumber)
       ->default_str("")
       ->excludes(step)
       ->excludes(size);
-  verb->add_flag("--measure", options->measure,
-                 "Measure each frame's distance to its volume's isosurface, as `compare` does, and keep it in "
-                 "the frame's header");
+  verb->add_flag(
+      "--measure", options->measure,
+      "Measure each frame's distance to its volume's isosurface, as `compare` does, and keep it in "
+      "the frame's header");
   verb->add_option_function<std::string>(
           "--profile",
           [options = options.get()](const std::string& text) {
             options->profile = choice("--profile", kProfiles, text);
           },
-          "Coding tools: those of the 2006 paper, or more (I frames only as yet: --frame-types intra)")
-      ->default_str("classic")
-      ->type_name("classic|main");
+          "Coding tools: all there are, or those of the 2006 paper")
+      ->default_str("main")
+      ->type_name("main|classic");
+  verb->add_option_function<std::string>(
+          "--preset",
+          [options = options.get()](const std::string& text) {
+            options->preset = choice("--preset", kPresets, text);
+          },
+          "Time for bytes: fast does not search far nor weigh bits; best tries blocks of 8, 16 and 32 cells")
+      ->default_str("default")
+      ->type_name("fast|default|best");
   verb->add_option(
           "--without", options->without,
           "Leave out tools of profile main, to see what they are worth: neighbours, signs, fit, rate")
@@ -407,10 +424,12 @@ void addEncodeCommand(CLI::App& app, Action& chosen) {
       ->type_name("auto|intra");
   verb->add_option("--gop", options->gop, "Frames from one that decodes alone to the next, at most")
       ->check(CLI::Range(1, 1 << 20));
-  verb->add_option("--block", options->block, "Side of the blocks that move, in cells")
+  verb->add_option("--block", options->block,
+                   "Side of the blocks that move, in cells (default: 8, or as the preset says)")
       ->check(CLI::IsMember({4, 8, 16, 32}));
   verb->add_option("--search", options->search,
-                   "Range of the coarse motion search around what neighbours say, in cells; 0: none")
+                   "Range of the coarse motion search around what neighbours say, in cells; 0: none "
+                   "(default: 8, or as the preset says)")
       ->check(CLI::Range(0, 64));
   verb->add_flag("!--no-registration", options->registration,
                  "Leave motion as the coarse search finds it (to see what registration is worth)");
@@ -419,7 +438,8 @@ void addEncodeCommand(CLI::App& app, Action& chosen) {
           [options = options.get()](const std::string& text) {
             options->placement = choice("--vertex", kPlacements, text);
           },
-          "Vertex of a cell: least squares of planes, or mean of crossings")
+          "The extractor's vertex of a cell, which counts for --profile classic and --fit extracted: least "
+          "squares of planes, or mean of crossings")
       ->default_str("qef")
       ->type_name("qef|centroid");
   verb->add_option_function<std::string>(

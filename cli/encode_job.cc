@@ -67,12 +67,11 @@ Status EncodeRun::measureAll(Gop& gop) {
     const std::size_t index = job_.volumes->size() == 1 ? 0 : frame;
     ISOREEL_ASSIGN(const Surface decoded, decoder.decode(packet.data));  // as anybody will see it
     ISOREEL_ASSIGN(const std::shared_ptr<const Volume> volume, volumeAt(index));
+    const inspect::Mesh mesh = inspect::meshOf(decoded);
+    const inspect::Mesh wanted = inspect::volumeIsosurface(*volume, job_.isovalues[gop.track][frame],
+                                                           job_.settings.configuration.inside);
     const inspect::Distance found =
-        inspect::distance(inspect::meshOf(decoded),
-                          inspect::volumeIsosurface(*volume, job_.isovalues[gop.track][frame],
-                                                    job_.settings.configuration.inside),
-                          inspect::kSamples, parallelFor)
-            .symmetric;
+        inspect::distance(mesh, wanted, inspect::samplesFor(mesh, wanted), parallelFor).symmetric;
     if (!std::isfinite(found.rms)) continue;  // one of them is empty
     packet.header.error_kind = ErrorKind::kVolume;
     packet.header.error_rms = static_cast<float>(found.rms);
@@ -93,9 +92,9 @@ Status EncodeRun::encodeWithin(Gop& gop, double limit) {
       gop.frames.clear();
       return status;
     }
-    const auto worst = std::max_element(gop.frames.begin(), gop.frames.end(), [](const auto& a, const auto& b) {
-      return a.packet.header.error_rms < b.packet.header.error_rms;
-    });
+    const auto worst = std::max_element(
+        gop.frames.begin(), gop.frames.end(),
+        [](const auto& a, const auto& b) { return a.packet.header.error_rms < b.packet.header.error_rms; });
     search.add(*step, static_cast<double>(worst->packet.header.error_rms));
     finest = fmt::format("frame {} is {:.4f} cells RMS from the volume's isosurface with a step of 1/{}",
                          gop.begin + static_cast<std::uint64_t>(worst - gop.frames.begin()),
@@ -104,7 +103,8 @@ Status EncodeRun::encodeWithin(Gop& gop, double limit) {
   }
   gop.frames = std::move(best);
   if (gop.frames.empty())
-    return {ErrorCode::kInvalidArgument, fmt::format("{}: --max-error {:g} cannot be kept on this grid", finest, limit)};
+    return {ErrorCode::kInvalidArgument,
+            fmt::format("{}: --max-error {:g} cannot be kept on this grid", finest, limit)};
   return {};
 }
 

@@ -11,7 +11,8 @@
 namespace isoreel::cli {
 
 /// Looks for a step at which low ≤ y ≤ high, where y rises or falls with the step throughout: false position
-/// in the logarithms. Ask next() and tell it what came of it by add(), until it has no more to ask.
+/// and halving in the logarithms. Ask next() and tell it what came of it by add(), until it has no more to
+/// ask.
 class StepSearch {
  public:
   static constexpr std::uint32_t kFinest = 16, kCoarsest = 16384;  // 1/1024 of a cell, and a cell
@@ -31,12 +32,17 @@ class StepSearch {
     if (above != tried_.begin() && above != tried_.end()) {
       const auto below = std::prev(above);
       if (above->first - below->first <= 1) return {};
-      const double part = (std::log(middle()) - log_y(below)) / (log_y(above) - log_y(below));
+      // Every other time half-way, since y may be flat at one end.
+      const double part =
+          tried_.size() % 2 == 0 ? 0.5 : (std::log(middle()) - log_y(below)) / (log_y(above) - log_y(below));
       place = log_step(below) + std::clamp(part, 0.05, 0.95) * (log_step(above) - log_step(below));
       return std::clamp(rounded(place), below->first + 1, above->first - 1);
     }
     const auto nearest = above == tried_.end() ? std::prev(above) : above;
-    place = log_step(nearest) + std::clamp((std::log(middle()) - log_y(nearest)) / slope_, -2.0, 2.0);
+    // Farther each time, since y may be flat here.
+    const double way = (std::log(middle()) - log_y(nearest)) / slope_;
+    const double least = 0.35 * static_cast<double>(tried_.size());
+    place = log_step(nearest) + std::copysign(std::clamp(std::abs(way), std::min(least, 2.0), 2.0), way);
     const std::uint32_t step = std::clamp(rounded(place), kFinest, kCoarsest);
     if (tried_.contains(step)) return {};
     return step;

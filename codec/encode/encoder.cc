@@ -76,6 +76,13 @@ struct Encoder::State {
                       PacketSizes* sizes);
 };
 
+void usePreset(Preset preset, EncoderSettings& settings) {
+  settings.motion.range = preset == Preset::kFast ? 0 : MotionSettings{}.range;
+  settings.motion.block_log2 =
+      preset == Preset::kBest ? MotionSettings::kAnySize : MotionSettings{}.block_log2;
+  settings.heights.weigh_rate = preset != Preset::kFast;
+}
+
 Encoder::Encoder(std::unique_ptr<State> state) : state_(std::move(state)) {}
 Encoder::Encoder(Encoder&&) noexcept = default;
 Encoder& Encoder::operator=(Encoder&&) noexcept = default;
@@ -84,7 +91,8 @@ Encoder::~Encoder() = default;
 Result<Encoder> Encoder::create(EncoderSettings settings) {
   ISOREEL_TRY(checkGrid(settings.configuration.grid));
   if (settings.gop < 1) return {ErrorCode::kInvalidArgument, "a GOP has one frame at least"};
-  if (settings.motion.block_log2 < 2 || settings.motion.block_log2 > 5)
+  const std::uint32_t block = settings.motion.block_log2;
+  if (block != MotionSettings::kAnySize && (block < 2 || block > 5))
     return {ErrorCode::kInvalidArgument, "motion blocks have 4, 8, 16 or 32 cells a side (spec codec 8.1)"};
   const bool predicts = settings.frame_types == FrameTypes::kAuto && settings.gop > 1;
   const bool main = settings.configuration.profile == Profile::kMain;
@@ -194,17 +202,25 @@ Result<Packet> Encoder::State::code(const Volume* volume, const SignBitmap& bitm
       with_reference.steps.tangential = static_cast<std::int32_t>(
           std::min<std::uint32_t>(kPredictedTangentialRatio * header.step / 2, kCell));
     }
-    ISOREEL_ASSIGN(CodedFrame predicted,
-                   main ? coder->codePredicted(reference, settings.motion, models)
-                        : codePredicted(with_reference, reference, settings.motion, models));
+    CodedFrame predicted;
+    const bool any_size = settings.motion.block_log2 == MotionSettings::kAnySize;
+    const std::uint32_t smallest = any_size ? 3 : settings.motion.block_log2,
+                        largest = any_size ? 5 : smallest;
+    for (std::uint32_t log2 = smallest; log2 <= largest; ++log2) {
+      MotionSettings motion = settings.motion;
+      motion.block_log2 = log2;
+      ISOREEL_ASSIGN(CodedFrame other, main ? coder->codePredicted(reference, motion, models)
+                                            : codePredicted(with_reference, reference, motion, models));
+      if (log2 == smallest || other.bytes() < predicted.bytes()) predicted = std::move(other);
+    }
     const Errors predicted_errors = errorsOf(predicted.decoded, vertices);
     // In main both kinds of frame come equally close, so the I frame's bytes need not be known where there is
     // no doubt.
     bool better = main && predicted.bytes() < kNoDoubt * intra_rate * static_cast<double>(cells.size());
     if (!better) {
       ISOREEL_TRY(intra());
-      // Where little is predicted, classic's coarser steps of a P frame must not pass for a saving. An I frame
-      // is a place to seek to: worth a fiftieth of it.
+      // Where little is predicted, classic's coarser steps of a P frame must not pass for a saving. An I
+      // frame is a place to seek to: worth a fiftieth of it.
       const double bytes =
           predicted.bytes() + (main ? 0 : bytesToReach(errors, predicted_errors, cells.size()));
       better = 50 * bytes < 49 * (coded->bytes() + static_cast<double>(record.size()));

@@ -12,8 +12,8 @@ namespace isoreel {
 /// Codes one frame in profile main (spec codec 4 and 11).
 class HeightCoder {
  public:
-  /// `field`: the volume's; null: it is gone, and heights are those of the frame's vertices. `tools`: of the record. `heights`
-  /// keeps its memory from frame to frame. All must outlive it.
+  /// `field`: the volume's; null: it is gone, and heights are those of the frame's vertices. `tools`: of the
+  /// record. `heights` keeps its memory from frame to frame. All must outlive it.
   HeightCoder(const FrameInput& frame, const VolumeField* field, std::uint32_t tools,
               const HeightSettings& settings, const ParallelFor& parallel, HeightFrame& heights);
 

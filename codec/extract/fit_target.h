@@ -23,8 +23,8 @@ class FitTarget {
   virtual ~FitTarget() = default;
   /// `vertices`: of the mesh that is fitted, those whose mean the place is.
   virtual Near near(const Vec3f& place, const std::array<std::uint32_t, 4>& vertices) const = 0;
-  /// The height of vertex i, of this cell, above a point along a normal at which it is on the surface or comes
-  /// nearest to it.
+  /// The height of vertex i, of this cell, above a point along a normal at which it is on the surface or
+  /// comes nearest to it.
   virtual float height(std::uint32_t i, const Cell& cell, const Vec3f& point, const Vec3f& normal) const = 0;
 };
 

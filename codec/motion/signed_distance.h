@@ -8,8 +8,8 @@
 namespace isoreel {
 
 /// The signed distance from the reference surface, in cells: what registration minimises the squares of. It
-/// is the field that the prediction itself is made of, so what is found is good for just that. (Mitra et al.'s
-/// d²-tree, which the paper fits to it, was no better and took a third of the time of encoding.)
+/// is the field that the prediction itself is made of, so what is found is good for just that. (Mitra et
+/// al.'s d²-tree, which the paper fits to it, was no better and took a third of the time of encoding.)
 class SignedDistance {
  public:
   /// `near` is false where the field does not know: further than about a cell from the surface.
@@ -28,7 +28,8 @@ class SignedDistance {
     const CornerValues corners = field_.around(lattice);
     if (!corners.allKnown()) return {};
     const CornerValues::Between between = corners.slopesAt(lattice);
-    return {true, toCells(between.value),
+    return {true,
+            toCells(between.value),
             {toCells(between.slope[0]), toCells(between.slope[1]), toCells(between.slope[2])}};
   }
 

@@ -5,6 +5,8 @@
 #include <isoreel/codec/surface.h>
 #include <isoreel/codec/volume.h>
 
+#include <algorithm>
+
 namespace isoreel::inspect {
 
 /// Triangles in cells (grid space, floating point): what distances are measured between.
@@ -40,6 +42,11 @@ struct SurfaceDistance {
 
 /// What `isoreel compare` and `isoreel encode` sample unless they are told otherwise.
 inline constexpr std::size_t kSamples = 200'000;
+/// The same for small meshes, where more would tell nothing new: at most 64 for each triangle of the mesh
+/// that has fewer.
+inline std::size_t samplesFor(const Mesh& a, const Mesh& b) {
+  return std::min(kSamples, 64 * std::min(a.triangles.size(), b.triangles.size()));
+}
 
 /// Exact nearest-point distances between uniform area-weighted samples of two meshes, both ways. Sampling is
 /// deterministic (a fixed low-discrepancy sequence, `samples` each way, at least 1), and every vertex of a
