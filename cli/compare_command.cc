@@ -26,7 +26,7 @@ struct CompareOptions {
   VolumeInput volumes;
   std::string frames;
   VertexPlacement placement = VertexPlacement::kQef;
-  std::size_t samples = 200'000;
+  std::optional<std::size_t> samples;
   int jobs = 0;
   bool json = false;
 };
@@ -103,9 +103,12 @@ Status compare(const CompareOptions& options) {
                                           options.volumes.non_finite, parallelFor);
     if (!extracted) return extracted.status().at(fmt::format("frame {}", item.number));
     const inspect::Mesh mesh = inspect::meshOf(item.decoded);
-    item.to_extracted = inspect::distance(mesh, inspect::meshOf(*extracted), options.samples, parallelFor);
-    item.to_volume = inspect::distance(mesh, inspect::volumeIsosurface(item.volume, item.isovalue, inside),
-                                       options.samples, parallelFor);
+    const auto to = [&](const inspect::Mesh& other) {
+      return inspect::distance(mesh, other, options.samples.value_or(inspect::samplesFor(mesh, other)),
+                               parallelFor);
+    };
+    item.to_extracted = to(inspect::meshOf(*extracted));
+    item.to_volume = to(inspect::volumeIsosurface(item.volume, item.isovalue, inside));
     item.volume = {};
     return {};
   };
@@ -158,7 +161,8 @@ void addCompareCommand(CLI::App& app, Action& chosen) {
           "How the extracted mesh places vertices")
       ->default_str("qef")
       ->type_name("qef|centroid");
-  verb->add_option("--samples", options->samples, "Sample points on each surface")
+  verb->add_option("--samples", options->samples,
+                   "Sample points on each surface (default: 200000, fewer on small ones)")
       ->check(CLI::Range(1000, 100'000'000));
   verb->add_option("--jobs", options->jobs, "Threads, and frames under way at once; 0: one a core")
       ->check(CLI::Range(0, 256));

@@ -5,11 +5,12 @@
 #include <bit>
 #include <cmath>
 #include <filesystem>
-#include <mutex>
 #include <nlohmann/json.hpp>
 
 #include "command.h"
+#include "encode_job.h"
 #include "encode_target.h"
+#include "facts.h"
 #include "frame_range.h"
 #include "metadata.h"
 #include "options.h"
@@ -17,6 +18,7 @@
 #include "parallel.h"
 #include "progress.h"
 #include "shards.h"
+#include "step_search.h"
 #include "volume_input.h"
 
 namespace isoreel::cli {
@@ -25,7 +27,12 @@ namespace {
 const std::map<std::string, FrameTypes> kFrameTypes{{"auto", FrameTypes::kAuto},
                                                     {"intra", FrameTypes::kIntra}};
 const std::map<std::string, Profile> kProfiles{{"classic", Profile::kClassic}, {"main", Profile::kMain}};
+const std::map<std::string, Fit> kFits{{"volume", Fit::kVolume}, {"extracted", Fit::kExtracted}};
+const std::map<std::string, Preset> kPresets{
+    {"fast", Preset::kFast}, {"default", Preset::kDefault}, {"best", Preset::kBest}};
 const std::map<std::string, Inside> kInside{{"below", Inside::kBelow}, {"above", Inside::kAbove}};
+
+constexpr double kFull = 0.985;  // of the length asked for: near enough
 
 struct EncodeOptions {
   VolumeInput volumes;
@@ -34,32 +41,24 @@ struct EncodeOptions {
   std::vector<std::string> tracks;  // NAME=ISO, where there are several
   std::optional<Inside> inside;
   std::string step = "1/16";
+  double max_error = 0;    // cells RMS; 0: the step says
+  std::uint64_t size = 0;  // bytes; 0: the step says
+  bool measure = false;
   std::string fps;  // "" for the volumes' own times, or else 25
   std::string times;
   std::string frames;
-  Profile profile = Profile::kClassic;
+  Profile profile = Profile::kMain;
   std::vector<std::string> without;
   FrameTypes frame_types = FrameTypes::kAuto;
   std::uint32_t gop = 12;
-  std::uint32_t block = 8;
-  std::uint32_t search = 8;
+  Preset preset = Preset::kDefault;
+  std::optional<std::uint32_t> block, search;
   bool registration = true;
   VertexPlacement placement = VertexPlacement::kQef;
+  Fit fit = Fit::kVolume;
   int jobs = 0;
   bool json = false;
   std::vector<std::string> tags;
-};
-
-/// One GOP of a track on its way through the encoder: frames [begin, end) of the volumes or isovalues.
-struct EncodeItem {
-  std::uint64_t begin = 0, end = 0;
-  std::size_t track = 0;
-  struct Frame {
-    Packet packet;
-    PacketSizes sizes;
-  };
-  std::vector<Frame> frames;
-  Status status;  // why there are fewer
 };
 
 std::uint32_t stepUnits(const std::string& text) {
@@ -143,31 +142,37 @@ std::string tagsJson(const EncodeOptions& options, const std::optional<Shard>& s
 struct Totals {
   std::uint64_t frames = 0, predicted = 0, vertices = 0;
   PacketSizes sizes;
-  double error_squares = 0, error_max = 0;
-  bool measured = false;        // how far vertices moved
-  nlohmann::ordered_json list;  // of frames
+  ErrorKind error_kind = ErrorKind::kNone;  // of what was measured
+  double error_squares = 0, error_max = 0;  // squares: a vertex
+  nlohmann::ordered_json list;              // of frames
 
-  void add(const Packet& packet, const PacketSizes& bytes, const std::string& track) {
-    const FrameHeader& header = packet.header;
+  void add(const CodedFrame& frame, const std::string& track) {
+    const FrameHeader& header = frame.packet.header;
     ++frames;
     predicted += header.type == PacketType::kPredicted;
     vertices += header.vertices;
-    sizes.signs += bytes.signs;
-    sizes.motion += bytes.motion;
-    sizes.vertices += bytes.vertices;
-    measured |= header.error_kind == ErrorKind::kExtracted;
-    error_squares += std::pow(static_cast<double>(header.error_rms), 2) * header.vertices;
-    error_max = std::max(error_max, static_cast<double>(header.error_max));
+    sizes.signs += frame.sizes.signs;
+    sizes.motion += frame.sizes.motion;
+    sizes.vertices += frame.sizes.vertices;
     list.push_back({{"number", header.number},
                     {"type", header.type == PacketType::kPredicted ? "P" : "I"},
                     {"vertices", header.vertices},
                     {"bytes",
-                     {{"total", packet.data.size()},
-                      {"signs", bytes.signs},
-                      {"motion", bytes.motion},
-                      {"vertices", bytes.vertices},
-                      {"other", bytes.other}}}});
+                     {{"total", frame.packet.data.size()},
+                      {"signs", frame.sizes.signs},
+                      {"motion", frame.sizes.motion},
+                      {"vertices", frame.sizes.vertices},
+                      {"other", frame.sizes.other}}}});
     if (!track.empty()) list.back()["track"] = track;
+    if (header.error_kind == ErrorKind::kNone) return;
+    error_kind = header.error_kind;
+    error_squares += std::pow(static_cast<double>(header.error_rms), 2) * header.vertices;
+    error_max = std::max(error_max, static_cast<double>(header.error_max));
+    list.back()["error"] = errorJson(header.error_kind, static_cast<double>(header.error_rms),
+                                     static_cast<double>(header.error_max));
+  }
+  double errorRms() const {
+    return vertices == 0 ? 0.0 : std::sqrt(error_squares / static_cast<double>(vertices));
   }
 };
 
@@ -179,151 +184,154 @@ void printSummary(const EncodeOptions& options, const Totals& totals, std::uint6
   };
   if (options.json) {
     const std::uint64_t other = bytes - totals.sizes.signs - totals.sizes.motion - totals.sizes.vertices;
-    const nlohmann::ordered_json result{{"frames", totals.frames},
-                                        {"vertices", totals.vertices},
-                                        {"bytes",
-                                         {{"total", bytes},
-                                          {"signs", totals.sizes.signs},
-                                          {"motion", totals.sizes.motion},
-                                          {"vertices", totals.sizes.vertices},
-                                          {"other", other}}},
-                                        {"predicted_frames", totals.predicted},
-                                        {"frame_list", totals.list},
-                                        {"seconds", seconds}};
+    nlohmann::ordered_json result{{"frames", totals.frames},
+                                  {"vertices", totals.vertices},
+                                  {"bytes",
+                                   {{"total", bytes},
+                                    {"signs", totals.sizes.signs},
+                                    {"motion", totals.sizes.motion},
+                                    {"vertices", totals.sizes.vertices},
+                                    {"other", other}}},
+                                  {"predicted_frames", totals.predicted},
+                                  {"frame_list", totals.list},
+                                  {"seconds", seconds}};
+    if (totals.error_kind != ErrorKind::kNone)
+      result["error"] = errorJson(totals.error_kind, totals.errorRms(), totals.error_max);
     fmt::print(out, "{}\n", result.dump());
     return;
   }
   fmt::print(out, "{}: {} ({} predicted), {} vertices, {} bytes in {:.2f} s\n",
              options.target.output == "-" ? "standard output" : options.target.output,
              counted(totals.frames, "frame"), totals.predicted, totals.vertices, bytes, seconds);
-  const double error =
-      totals.vertices == 0 ? 0.0 : std::sqrt(totals.error_squares / static_cast<double>(totals.vertices));
+  std::string error;
+  if (totals.error_kind != ErrorKind::kNone) {
+    error = fmt::format(
+        "; {} {:.4f} cells RMS, at most {:.4f}",
+        totals.error_kind == ErrorKind::kVolume ? "from the volumes' isosurfaces" : "vertices moved",
+        totals.errorRms(), totals.error_max);
+  }
   fmt::print(out, "  {:.2f} bits a vertex: {:.2f} signs, {:.2f} motion, {:.2f} positions{}\n", share(bytes),
-             share(totals.sizes.signs), share(totals.sizes.motion), share(totals.sizes.vertices),
-             totals.measured
-                 ? fmt::format("; vertices moved {:.4f} cells RMS, at most {:.4f}", error, totals.error_max)
-                 : "");
+             share(totals.sizes.signs), share(totals.sizes.motion), share(totals.sizes.vertices), error);
 }
 
-Status encode(const EncodeOptions& options) {
-  const Stopwatch watch;
-  ISOREEL_TRY(EncodeTarget::mayStart(options.target));
-  const std::uint32_t step = stepUnits(options.step);
-  ISOREEL_ASSIGN(const std::unique_ptr<io::VolumeSequence> volumes,
-                 io::openVolumes(options.volumes.paths, options.volumes.options));
-  std::vector<TargetTrack> tracks;
-  const std::vector<std::vector<double>> isovalues = trackIsovalues(options, *volumes, tracks);
-  const std::uint64_t frames = isovalues.front().size();
-  FrameTimes times = frameTimes(options, *volumes, isovalues.front().size());
-  const FrameRange range = parseFrames(options.frames, {frames, times.base, [&](std::uint64_t frame) {
-                                                          return times.times[static_cast<std::size_t>(frame)];
-                                                        }});
-  std::optional<Shard> shard;
-  if (range.size() < frames && !options.target.append)
-    shard = Shard{range.begin, range.end, frames, options.gop};
-  const std::string tags = tagsJson(options, shard);
-  EncodeTarget target;
-  ISOREEL_TRY(target.open(options.target, tracks, times, static_cast<std::size_t>(range.begin)));
-
+EncoderSettings settingsOf(const EncodeOptions& options, const EncodeJob& job) {
   EncoderSettings settings;
   settings.configuration.profile = options.profile;
   settings.configuration.inside =
-      options.inside.value_or(volumes->levelSet() ? Inside::kBelow : Inside::kAbove);
-  settings.configuration.grid = volumes->grid();
-  settings.configuration.step = step;
-  settings.configuration.time_base = times.base;
+      options.inside.value_or(job.volumes->levelSet() ? Inside::kBelow : Inside::kAbove);
+  settings.configuration.grid = job.volumes->grid();
+  settings.configuration.step = stepUnits(options.step);
+  settings.configuration.time_base = job.times.base;
   settings.frame_types = options.frame_types;
   settings.gop = options.gop;
-  settings.motion = {static_cast<std::uint32_t>(std::countr_zero(options.block)), options.search,
-                     options.registration};
+  usePreset(options.preset, settings);
+  if (options.block)
+    settings.motion.block_log2 = static_cast<std::uint32_t>(std::countr_zero(*options.block));
+  if (options.search) settings.motion.range = *options.search;
+  settings.motion.registration = options.registration;
   for (const std::string& tool : options.without) {
     if (tool == "neighbours") settings.heights.neighbours = false;
     if (tool == "signs") settings.heights.mixed_signs = false;
     if (tool == "fit") settings.heights.fit_triangles = false;
     if (tool == "rate") settings.heights.weigh_rate = false;
   }
+  settings.heights.fit = options.fit;
   settings.placement = options.placement;
   settings.non_finite = options.volumes.non_finite;
   settings.parallel = parallelFor;
-  ISOREEL_ASSIGN(const Encoder probe, Encoder::create(settings));
-  if (Status begun = target.begin(settings.configuration, probe.configurationRecord(), tracks, tags,
-                                  !options.tags.empty());
-      !begun.ok()) {
-    target.giveUp(0);
-    return begun;
+  return settings;
+}
+
+/// Takes a file's bytes, and counts them.
+class CountingSink final : public ByteSink {
+ public:
+  Status append(ByteSpan) override { return {}; }
+  Status commit() override { return {}; }
+  void discard() override {}
+  std::string name() const override { return "the length of the file"; }
+};
+
+/// A job on its way to a file: what both the passes that look for a length and the last one do.
+struct Pass {
+  const EncodeOptions& options;
+  const EncodeJob& job;
+  const Bytes record;
+  const std::string tags;
+
+  /// `target` is open. `instead`: takes the bytes of a new file.
+  Status run(EncodeTarget& target, std::uint32_t step, const std::string& name, Totals& totals,
+             std::unique_ptr<ByteSink> instead = nullptr) const {
+    if (Status begun = target.begin(job.settings.configuration, record, job.tracks, tags,
+                                    !options.tags.empty(), std::move(instead));
+        !begun.ok()) {
+      target.giveUp(0);
+      return begun;
+    }
+    Progress progress(name, job.frameCount());
+    const Status status = EncodeRun(job).run(
+        step,
+        [&](const CodedFrame& frame, std::size_t track) -> Status {
+          ISOREEL_TRY(target.writer().write(frame.packet, job.tracks[track].id));
+          totals.add(frame, job.tracks[track].name);
+          progress.advance();
+          return {};
+        },
+        [&] { return target.writer().endGop(); });
+    if (!status.ok())
+      return {status.error().code, std::string(status.message()) + target.giveUp(totals.frames)};
+    return target.finish();
   }
+};
+
+/// The step with which the file has --size bytes, nearly, and not more.
+Result<std::uint32_t> stepForSize(const Pass& pass) {
+  const auto size = static_cast<double>(pass.options.size);
+  StepSearch search(kFull * size, size, -0.5);
+  double bytes = 0;
+  int number = 0;
+  while (const auto step = search.next()) {
+    EncodeTarget target(pass.options.target);
+    Totals totals;
+    ISOREEL_TRY(
+        pass.run(target, *step, fmt::format("try {}", ++number), totals, std::make_unique<CountingSink>()));
+    bytes = static_cast<double>(target.bytesAdded());
+    search.add(*step, bytes);
+  }
+  if (const auto best = search.best()) return *best;
+  return {ErrorCode::kInvalidArgument,
+          fmt::format("{}: {:.0f} bytes with a step of a whole cell, so --size {} cannot be kept",
+                      pass.options.target.output, bytes, pass.options.size)};
+}
+
+Status encode(const EncodeOptions& options) {
+  const Stopwatch watch;
+  ISOREEL_TRY(EncodeTarget::mayStart(options.target));
+  EncodeJob job;
+  ISOREEL_ASSIGN(job.volumes, io::openVolumes(options.volumes.paths, options.volumes.options));
+  job.isovalues = trackIsovalues(options, *job.volumes, job.tracks);
+  const std::uint64_t frames = job.isovalues.front().size();
+  job.times = frameTimes(options, *job.volumes, job.isovalues.front().size());
+  job.range = parseFrames(options.frames, {frames, job.times.base, [&](std::uint64_t frame) {
+                                             return job.times.times[static_cast<std::size_t>(frame)];
+                                           }});
+  std::optional<Shard> shard;
+  if (job.range.size() < frames && !options.target.append)
+    shard = Shard{job.range.begin, job.range.end, frames, options.gop};
+  job.shard = shard.has_value();
+  job.error = {options.measure, options.max_error > 0 ? std::optional(options.max_error) : std::nullopt};
+  job.jobs = options.jobs;
+  EncodeTarget target(options.target);
+  ISOREEL_TRY(target.open(job.tracks, job.times, static_cast<std::size_t>(job.range.begin)));
+  job.settings = settingsOf(options, job);
+  ISOREEL_ASSIGN(const Encoder probe, Encoder::create(job.settings));
   const ThreadLimit limit(options.jobs);
-  Progress progress("encode", range.size() * tracks.size());
+  const Pass pass{options, job, probe.configurationRecord(), tagsJson(options, shard)};
+  std::uint32_t step = job.settings.configuration.step;
+  if (options.size > 0) {
+    ISOREEL_ASSIGN(step, stepForSize(pass));
+  }
   Totals totals;
-  std::uint64_t next = range.begin;
-  std::size_t next_track = 0;
-  std::mutex reading;
-  std::shared_ptr<const Volume> only;  // the single volume of a sequence over isovalues
-  const auto volumeAt = [&](std::size_t index) -> Result<std::shared_ptr<const Volume>> {
-    const std::lock_guard lock(reading);
-    if (only) return only;
-    ISOREEL_ASSIGN(Volume volume, volumes->read(index));
-    auto shared = std::make_shared<const Volume>(std::move(volume));
-    if (volumes->size() == 1) only = shared;
-    return shared;
-  };
-  const auto encodeFrame = [&](Encoder& encoder, std::size_t track,
-                               std::size_t frame) -> Result<EncodeItem::Frame> {
-    const std::size_t index = volumes->size() == 1 ? 0 : frame;
-    ISOREEL_ASSIGN(const std::shared_ptr<const Volume> volume, volumeAt(index));
-    const std::uint64_t number = tracks[track].number + frame - range.begin;
-    // The packets of a shard have the numbers that a whole encode gives them.
-    const FrameTiming timing{shard ? frame : number, times.times[frame], times.durations[frame],
-                             isovalues[track][frame]};
-    EncodeItem::Frame result;
-    Result<Packet> packet = encoder.encode(*volume, timing, &result.sizes);
-    if (!packet) return packet.status().at(volumes->name(index));
-    result.packet = *std::move(packet);
-    result.packet.header.number = number;
-    return result;
-  };
-  // GOPs are closed: each has an encoder of its own. They begin where those of a whole encode do. Those of
-  // several tracks take turns.
-  const auto begin = [&](EncodeItem& item) -> Result<bool> {
-    item.begin = next;
-    item.end = std::min<std::uint64_t>(next - next % options.gop + options.gop, range.end);
-    item.track = next_track++;
-    if (next_track == tracks.size()) {
-      next_track = 0;
-      next = item.end;
-    }
-    return item.begin < item.end;
-  };
-  const auto work = [&](EncodeItem& item) -> Status {
-    ISOREEL_ASSIGN(Encoder encoder, Encoder::create(settings));
-    for (std::uint64_t frame = item.begin; frame < item.end; ++frame) {
-      Result<EncodeItem::Frame> coded =
-          interrupted ? Result<EncodeItem::Frame>(ErrorCode::kIo, "interrupted")
-                      : encodeFrame(encoder, item.track, static_cast<std::size_t>(frame));
-      if (!coded) {
-        item.status = coded.status();
-        return {};
-      }
-      item.frames.push_back(*std::move(coded));
-    }
-    return {};
-  };
-  const auto write = [&](EncodeItem& item) -> Status {
-    for (const EncodeItem::Frame& frame : item.frames) {
-      ISOREEL_TRY(target.writer().write(frame.packet, tracks[item.track].id));
-      totals.add(frame.packet, frame.sizes, tracks[item.track].name);
-      progress.advance();
-    }
-    ISOREEL_TRY(target.writer().endGop());
-    return item.status;
-  };
-  Status status = forEachFrame<EncodeItem>(options.jobs, begin, work, write);
-  if (status.ok() && totals.frames < range.size() * tracks.size())
-    status = Status(ErrorCode::kIo, "interrupted");
-  if (!status.ok())
-    return {status.error().code, std::string(status.message()) + target.giveUp(totals.frames)};
-  ISOREEL_TRY(target.finish());
-  progress.clear();
+  ISOREEL_TRY(pass.run(target, step, "encode", totals));
   printSummary(options, totals, target.bytesAdded(), watch.seconds());
   return {};
 }
@@ -361,15 +369,45 @@ void addEncodeCommand(CLI::App& app, Action& chosen) {
           },
           "Side of the isovalue that is inside (default: below for level sets, else above)")
       ->type_name("below|above");
-  verb->add_option("--step", options->step, "Quantiser step of vertices, as a part of a cell");
+  CLI::Option* step =
+      verb->add_option("--step", options->step, "Quantiser step of vertices, as a part of a cell");
+  CLI::Option* size =
+      verb->add_option("--size", options->size,
+                       "Length of the file to make, in bytes (or 300kB, 20MB, 4MiB): the step that fills "
+                       "it to 98 % at least is looked for, in three or four encodes")
+          ->transform(CLI::AsSizeValue(true))
+          ->type_name("BYTES")
+          ->default_str("")
+          ->excludes("--append")
+          ->excludes(step);
+  verb->add_option(
+          "--max-error", options->max_error,
+          "Cells RMS that no frame may be further from its volume's isosurface (as `compare` finds it): "
+          "each GOP gets the largest step that keeps to it")
+      ->check(CLI::PositiveNumber)
+      ->default_str("")
+      ->excludes(step)
+      ->excludes(size);
+  verb->add_flag(
+      "--measure", options->measure,
+      "Measure each frame's distance to its volume's isosurface, as `compare` does, and keep it in "
+      "the frame's header");
   verb->add_option_function<std::string>(
           "--profile",
           [options = options.get()](const std::string& text) {
             options->profile = choice("--profile", kProfiles, text);
           },
-          "Coding tools: those of the 2006 paper, or more (I frames only as yet: --frame-types intra)")
-      ->default_str("classic")
-      ->type_name("classic|main");
+          "Coding tools: all there are, or those of the 2006 paper")
+      ->default_str("main")
+      ->type_name("main|classic");
+  verb->add_option_function<std::string>(
+          "--preset",
+          [options = options.get()](const std::string& text) {
+            options->preset = choice("--preset", kPresets, text);
+          },
+          "Time for bytes: fast does not search far nor weigh bits; best tries blocks of 8, 16 and 32 cells")
+      ->default_str("default")
+      ->type_name("fast|default|best");
   verb->add_option(
           "--without", options->without,
           "Leave out tools of profile main, to see what they are worth: neighbours, signs, fit, rate")
@@ -386,10 +424,12 @@ void addEncodeCommand(CLI::App& app, Action& chosen) {
       ->type_name("auto|intra");
   verb->add_option("--gop", options->gop, "Frames from one that decodes alone to the next, at most")
       ->check(CLI::Range(1, 1 << 20));
-  verb->add_option("--block", options->block, "Side of the blocks that move, in cells")
+  verb->add_option("--block", options->block,
+                   "Side of the blocks that move, in cells (default: 8, or as the preset says)")
       ->check(CLI::IsMember({4, 8, 16, 32}));
   verb->add_option("--search", options->search,
-                   "Range of the coarse motion search around what neighbours say, in cells; 0: none")
+                   "Range of the coarse motion search around what neighbours say, in cells; 0: none "
+                   "(default: 8, or as the preset says)")
       ->check(CLI::Range(0, 64));
   verb->add_flag("!--no-registration", options->registration,
                  "Leave motion as the coarse search finds it (to see what registration is worth)");
@@ -398,9 +438,16 @@ void addEncodeCommand(CLI::App& app, Action& chosen) {
           [options = options.get()](const std::string& text) {
             options->placement = choice("--vertex", kPlacements, text);
           },
-          "Vertex of a cell: least squares of planes, or mean of crossings")
+          "The extractor's vertex of a cell, which counts for --profile classic and --fit extracted: least "
+          "squares of planes, or mean of crossings")
       ->default_str("qef")
       ->type_name("qef|centroid");
+  verb->add_option_function<std::string>(
+          "--fit",
+          [options = options.get()](const std::string& text) { options->fit = choice("--fit", kFits, text); },
+          "What profile main brings surfaces close to: the volume's isosurface, or the extractor's mesh")
+      ->default_str("volume")
+      ->type_name("volume|extracted");
   CLI::Option* fps =
       verb->add_option("--fps", options->fps,
                        "Frames a second: 25, 30000/1001 (without it, times in the volume files "

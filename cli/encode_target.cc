@@ -74,25 +74,23 @@ WriterOptions EncodeTarget::writerOptions() const {
   return result;
 }
 
-Status EncodeTarget::open(const TargetOptions& options, std::vector<TargetTrack>& tracks, FrameTimes& times,
-                          std::size_t first) {
-  options_ = options;
-  if (!options.append) return {};
-  ISOREEL_ASSIGN(writer_, Writer::append(options.output, writerOptions()));
+Status EncodeTarget::open(std::vector<TargetTrack>& tracks, FrameTimes& times, std::size_t first) {
+  if (!options_.append) return {};
+  ISOREEL_ASSIGN(writer_, Writer::append(options_.output, writerOptions()));
   start_ = writer_->bytesWritten();
   const FileInfo& info = writer_->info();
   if (info.tracks.size() != tracks.size())
-    return differs(options.output, "it has " + counted(info.tracks.size(), "track"));
+    return differs(options_.output, "it has " + counted(info.tracks.size(), "track"));
   std::int64_t due = std::numeric_limits<std::int64_t>::min(), last = due;
   for (std::size_t i = 0; i < tracks.size(); ++i) {
     TargetTrack& track = tracks[i];
     const auto same = std::find_if(info.tracks.begin(), info.tracks.end(), [&](const TrackInfo& t) {
       return t.name == track.name || (tracks.size() == 1 && track.name.empty());
     });
-    if (same == info.tracks.end()) return differs(options.output, "it has no track '" + track.name + "'");
+    if (same == info.tracks.end()) return differs(options_.output, "it has no track '" + track.name + "'");
     track.id = same->id;
     track.number = same->frames;
-    ISOREEL_TRY(convert(times, same->time_base, options.output));
+    ISOREEL_TRY(convert(times, same->time_base, options_.output));
     if (const FrameHeader* header = writer_->lastFrame(track.id)) {
       last = std::max(last, header->time);
       due = std::max(
@@ -107,7 +105,8 @@ Status EncodeTarget::open(const TargetOptions& options, std::vector<TargetTrack>
 }
 
 Status EncodeTarget::begin(const Configuration& configuration, const Bytes& record,
-                           const std::vector<TargetTrack>& tracks, const std::string& tags, bool tags_given) {
+                           const std::vector<TargetTrack>& tracks, const std::string& tags, bool tags_given,
+                           std::unique_ptr<ByteSink> instead) {
   if (writer_) {
     for (const TrackInfo& track : writer_->info().tracks) {
       ISOREEL_ASSIGN(const Configuration there, readConfiguration(track.configuration));
@@ -128,8 +127,9 @@ Status EncodeTarget::begin(const Configuration& configuration, const Bytes& reco
   settings.tags = tags;
   settings.overwrite = options_.force;
   settings.options = writerOptions();
-  if (options_.output == "-") {
-    ISOREEL_ASSIGN(writer_, Writer::create(openStandardOutput(), std::move(settings)));
+  if (instead != nullptr || options_.output == "-") {
+    if (instead == nullptr) instead = openStandardOutput();
+    ISOREEL_ASSIGN(writer_, Writer::create(std::move(instead), std::move(settings)));
   } else {
     ISOREEL_ASSIGN(writer_, Writer::create(options_.output, std::move(settings)));
   }

@@ -30,6 +30,8 @@ struct TargetTrack {
 
 class EncodeTarget {
  public:
+  explicit EncodeTarget(TargetOptions options) : options_(std::move(options)) {}
+
   /// Before volumes are looked at: whether the output may be written, as far as can be told. The writer
   /// checks again.
   static Status mayStart(const TargetOptions& options);
@@ -37,12 +39,12 @@ class EncodeTarget {
   /// Opens a file to be continued and finds its tracks; `times` of the frames from `first` on are brought to
   /// its time base, and moved behind its last frame if they do not lie behind it already. Else nothing
   /// happens yet.
-  Status open(const TargetOptions& options, std::vector<TargetTrack>& tracks, FrameTimes& times,
-              std::size_t first);
+  Status open(std::vector<TargetTrack>& tracks, FrameTimes& times, std::size_t first);
   /// Creates a new file, or checks that the one that is there has this grid. `record` is `configuration` in
-  /// bytes.
+  /// bytes. `instead`: takes the bytes of a new file.
   Status begin(const Configuration& configuration, const Bytes& record,
-               const std::vector<TargetTrack>& tracks, const std::string& tags, bool tags_given);
+               const std::vector<TargetTrack>& tracks, const std::string& tags, bool tags_given,
+               std::unique_ptr<ByteSink> instead = nullptr);
 
   Writer& writer() { return *writer_; }
   Status finish() { return writer_->finish(); }

@@ -35,6 +35,11 @@ const char* kindName(Event::Kind kind) {
   return kNames[static_cast<std::size_t>(kind)];
 }
 
+Json errorJson(ErrorKind kind, double rms, double max) {
+  static constexpr std::array<const char*, 3> kKinds{"none", "extracted", "volume"};
+  return {{"against", kKinds[static_cast<std::size_t>(kind)]}, {"rms", rms}, {"max", max}};
+}
+
 std::vector<Event> findEvents(const PacketSource& packets) {
   std::vector<Event> events;
   for (std::uint64_t i = 1; i < packets.frameCount(); ++i) {

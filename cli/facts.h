@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "input.h"
+#include "metadata.h"
 
 namespace isoreel::cli {
 
@@ -26,6 +27,9 @@ const char* kindName(Event::Kind kind);
 /// In the order of frames. A split and a merge in one frame, or any two changes that cancel out, leave the
 /// count as it was and so no event.
 std::vector<Event> findEvents(const PacketSource& packets);
+
+/// How far a frame is from what, as its header says.
+Json errorJson(ErrorKind kind, double rms, double max);
 
 /// Bytes by type of frame, area, enclosed volume and pieces over time, events marked.
 inspect::Chart chartOfFacts(const Input& input, const std::string& title);

@@ -39,7 +39,6 @@ Vec3d corner(const Grid& grid, const std::array<std::uint32_t, 3>& position) {
 /// `key`: number of the frame that its decoding starts with, null when a packet on the way from there is
 /// lost.
 Json frameJson(const FrameHeader& h, const Configuration& c, TimeBase base, Json key, std::uint64_t bytes) {
-  static constexpr std::array<const char*, 3> kKinds{"none", "extracted", "volume"};
   Json box = nullptr;
   if (h.faces > 0) box = {{"min", corner(c.grid, h.box_min)}, {"max", corner(c.grid, h.box_max)}};
   return {{"number", h.number},
@@ -56,10 +55,7 @@ Json frameJson(const FrameHeader& h, const Configuration& c, TimeBase base, Json
           {"volume", h.volume},
           {"components", h.components},
           {"euler", h.euler},
-          {"error",
-           {{"against", kKinds[static_cast<std::size_t>(h.error_kind)]},
-            {"rms", h.error_rms},
-            {"max", h.error_max}}},
+          {"error", errorJson(h.error_kind, h.error_rms, h.error_max)},
           {"hash", hashText(h.surface_hash)}};
 }
 

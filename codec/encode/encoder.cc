@@ -25,6 +25,10 @@ constexpr std::uint32_t kPredictedTangentialRatio = 9;  // halves
 // it, at fewer bits.
 constexpr double kWeighedStep = 0.7;
 
+// A predicted frame with less than this part of the bytes a vertex that the last one took by itself is the
+// smaller one.
+constexpr double kNoDoubt = 0.85;
+
 /// Squared distances of decoded vertices from the extractor's, in cells squared.
 struct Errors {
   double mean = 0, largest = 0;
@@ -63,6 +67,7 @@ struct Encoder::State {
   std::optional<std::uint64_t> last;  // number of the frame coded last; none: the next frame starts a GOP
   Reference reference;
   PacketModels models;
+  double intra_rate = 0;  // bytes a vertex of the frame that was coded by itself last
   HeightFrame heights;
 
   /// `vertices` in their cells. `volume`: what they are from; null when that is not known.
@@ -70,6 +75,13 @@ struct Encoder::State {
                       std::span<const std::array<std::int32_t, 3>> vertices, const FrameTiming& timing,
                       PacketSizes* sizes);
 };
+
+void usePreset(Preset preset, EncoderSettings& settings) {
+  settings.motion.range = preset == Preset::kFast ? 0 : MotionSettings{}.range;
+  settings.motion.block_log2 =
+      preset == Preset::kBest ? MotionSettings::kAnySize : MotionSettings{}.block_log2;
+  settings.heights.weigh_rate = preset != Preset::kFast;
+}
 
 Encoder::Encoder(std::unique_ptr<State> state) : state_(std::move(state)) {}
 Encoder::Encoder(Encoder&&) noexcept = default;
@@ -79,7 +91,8 @@ Encoder::~Encoder() = default;
 Result<Encoder> Encoder::create(EncoderSettings settings) {
   ISOREEL_TRY(checkGrid(settings.configuration.grid));
   if (settings.gop < 1) return {ErrorCode::kInvalidArgument, "a GOP has one frame at least"};
-  if (settings.motion.block_log2 < 2 || settings.motion.block_log2 > 5)
+  const std::uint32_t block = settings.motion.block_log2;
+  if (block != MotionSettings::kAnySize && (block < 2 || block > 5))
     return {ErrorCode::kInvalidArgument, "motion blocks have 4, 8, 16 or 32 cells a side (spec codec 8.1)"};
   const bool predicts = settings.frame_types == FrameTypes::kAuto && settings.gop > 1;
   const bool main = settings.configuration.profile == Profile::kMain;
@@ -174,8 +187,14 @@ Result<Packet> Encoder::State::code(const Volume* volume, const SignBitmap& bitm
   if (main)
     coder.emplace(input, field ? &*field : nullptr, settings.configuration.tools, settings.heights,
                   settings.parallel, heights);
-  ISOREEL_ASSIGN(CodedFrame coded, main ? coder->codeIntra() : codeIntra(input));
-  Errors errors = errorsOf(coded.decoded, vertices);
+  std::optional<CodedFrame> coded;
+  Errors errors;
+  const auto intra = [&]() -> Status {
+    ISOREEL_ASSIGN(coded, main ? coder->codeIntra() : codeIntra(input));
+    errors = errorsOf(coded->decoded, vertices);
+    intra_rate = cells.empty() ? 0 : coded->bytes() / static_cast<double>(cells.size());
+    return {};
+  };
   const bool predicts = (settings.configuration.tools & kToolPrediction) != 0;
   if (predicts && last && timing.number == *last + 1 && timing.number - key < settings.gop) {
     FrameInput with_reference = input;
@@ -183,15 +202,30 @@ Result<Packet> Encoder::State::code(const Volume* volume, const SignBitmap& bitm
       with_reference.steps.tangential = static_cast<std::int32_t>(
           std::min<std::uint32_t>(kPredictedTangentialRatio * header.step / 2, kCell));
     }
-    ISOREEL_ASSIGN(CodedFrame predicted,
-                   main ? coder->codePredicted(reference, settings.motion, models)
-                        : codePredicted(with_reference, reference, settings.motion, models));
-    // Where little is predicted, classic's coarser steps of a P frame must not pass for a saving; in main
-    // both kinds of frame come equally close. An I frame is a place to seek to: worth a fiftieth of it.
+    CodedFrame predicted;
+    const bool any_size = settings.motion.block_log2 == MotionSettings::kAnySize;
+    const std::uint32_t smallest = any_size ? 3 : settings.motion.block_log2,
+                        largest = any_size ? 5 : smallest;
+    for (std::uint32_t log2 = smallest; log2 <= largest; ++log2) {
+      MotionSettings motion = settings.motion;
+      motion.block_log2 = log2;
+      ISOREEL_ASSIGN(CodedFrame other, main ? coder->codePredicted(reference, motion, models)
+                                            : codePredicted(with_reference, reference, motion, models));
+      if (log2 == smallest || other.bytes() < predicted.bytes()) predicted = std::move(other);
+    }
     const Errors predicted_errors = errorsOf(predicted.decoded, vertices);
-    const double bytes = static_cast<double>(predicted.payload.size()) +
-                         (main ? 0 : bytesToReach(errors, predicted_errors, cells.size()));
-    if (50 * bytes < 49 * static_cast<double>(coded.payload.size() + record.size())) {
+    // In main both kinds of frame come equally close, so the I frame's bytes need not be known where there is
+    // no doubt.
+    bool better = main && predicted.bytes() < kNoDoubt * intra_rate * static_cast<double>(cells.size());
+    if (!better) {
+      ISOREEL_TRY(intra());
+      // Where little is predicted, classic's coarser steps of a P frame must not pass for a saving. An I
+      // frame is a place to seek to: worth a fiftieth of it.
+      const double bytes =
+          predicted.bytes() + (main ? 0 : bytesToReach(errors, predicted_errors, cells.size()));
+      better = 50 * bytes < 49 * (coded->bytes() + static_cast<double>(record.size()));
+    }
+    if (better) {
       errors = predicted_errors;
       coded = std::move(predicted);
       header.type = PacketType::kPredicted;
@@ -199,17 +233,20 @@ Result<Packet> Encoder::State::code(const Volume* volume, const SignBitmap& bitm
       header.tangential_step = static_cast<std::uint32_t>(with_reference.steps.tangential);
     }
   }
+  if (!coded) {
+    ISOREEL_TRY(intra());
+  }
   if (header.type == PacketType::kIntra) {
     header.configuration = record;
     key = timing.number;
   }
-  header.sections = coded.sections;
+  header.sections = coded->sections;
 
   Packet packet;
   Surface surface;
   surface.grid = grid;
-  toGridPositions(cells, coded.decoded);
-  surface.vertices = std::move(coded.decoded);
+  toGridPositions(cells, coded->decoded);
+  surface.vertices = std::move(coded->decoded);
   surface.quads = dualQuads(cells, index);
 
   FrameHeader& facts = packet.header;
@@ -229,14 +266,14 @@ Result<Packet> Encoder::State::code(const Volume* volume, const SignBitmap& bitm
 
   header.faces = facts.faces;
   header.surface_hash = facts.surface_hash;
-  ISOREEL_ASSIGN(packet.data, writePacket(std::move(header), coded.payload));
+  ISOREEL_ASSIGN(packet.data, writePacket(std::move(header), coded->payload));
   if (sizes != nullptr) {
-    *sizes = coded.sizes;
-    sizes->other = packet.data.size() - coded.payload.size();
+    *sizes = coded->sizes;
+    sizes->other = packet.data.size() - coded->payload.size();
   }
   if (predicts) {
     reference.build(surface, cells);
-    models = std::move(coded.models);
+    models = std::move(coded->models);
     last = timing.number;
   }
   return packet;

@@ -28,6 +28,8 @@ struct CodedFrame {
   PacketSizes sizes;                                 // without `other`
   std::vector<std::array<std::int32_t, 3>> decoded;  // in their cells
   PacketModels models;                               // as they are after it
+
+  double bytes() const { return static_cast<double>(payload.size()); }
 };
 
 /// Codes the frame by itself (spec codec 4 and 5).

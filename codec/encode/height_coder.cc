@@ -94,7 +94,12 @@ HeightCoder::HeightCoder(const FrameInput& frame, const VolumeField* field, std:
     return;
   }
   quads_ = dualQuads(frame.cells, frame.index);
-  fit_.emplace(*field, frame.cells, heights, quads_, frame.grid, parallel);
+  if (settings.fit == Fit::kVolume) {
+    target_ = std::make_unique<VolumeTarget>(*field);
+  } else {
+    target_ = std::make_unique<MeshTarget>(frame.cells, frame.vertices, quads_, frame.grid);
+  }
+  fit_.emplace(*target_, frame.cells, heights, quads_, frame.grid, parallel);
   fit_->toSurface();
   if (settings.fit_triangles) fit_->optimise(kFitRounds);
   wanted_ = fit_->heights();
@@ -168,7 +173,7 @@ Status HeightCoder::codeVertices(CodedFrame& coded) {
   if (fit_ && settings_.weigh_rate) {
     fit_->setAll(wanted_);
     for (int pass = 0; pass < kRatePasses; ++pass) {
-      fit_->linearise();
+      if (pass == 0) fit_->linearise();  // near enough for all
       write(cheapest);
     }
   } else {

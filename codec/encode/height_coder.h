@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <memory>
 #include <optional>
 
 #include "encode/frame_coder.h"
@@ -11,8 +12,8 @@ namespace isoreel {
 /// Codes one frame in profile main (spec codec 4 and 11).
 class HeightCoder {
  public:
-  /// `field`: for which heights are chosen; null: for the frame's vertices. `tools`: of the record. `heights`
-  /// keeps its memory from frame to frame. All must outlive it.
+  /// `field`: the volume's; null: it is gone, and heights are those of the frame's vertices. `tools`: of the
+  /// record. `heights` keeps its memory from frame to frame. All must outlive it.
   HeightCoder(const FrameInput& frame, const VolumeField* field, std::uint32_t tools,
               const HeightSettings& settings, const ParallelFor& parallel, HeightFrame& heights);
 
@@ -30,6 +31,7 @@ class HeightCoder {
   HeightSettings settings_;
   HeightFrame& heights_;
   std::vector<Quad> quads_;
+  std::unique_ptr<FitTarget> target_;
   std::optional<SurfaceFit> fit_;
   std::vector<float> wanted_;  // heights, in cells
 };

@@ -7,17 +7,15 @@ namespace isoreel {
 namespace {
 
 constexpr std::size_t kPerTask = 4096;
-constexpr float kFarthest = 1.25f;  // that toSurface() looks along the normal, in cells
-constexpr float kProbe = 0.125f;
 constexpr float kReach =
-    0.2f;  // how far from the isosurface a vertex may be wanted: the distance is linear near it only
-constexpr float kDoubtful = 0.6f;  // a sample that is farther from the isosurface says nothing
+    0.2f;  // how far from the surface a vertex may be wanted: the distance is linear near it only
+constexpr float kDoubtful = 0.6f;  // a sample that is farther from the surface says nothing
 
 }  // namespace
 
-SurfaceFit::SurfaceFit(const VolumeField& field, std::span<const Cell> cells, const HeightFrame& frame,
+SurfaceFit::SurfaceFit(const FitTarget& target, std::span<const Cell> cells, const HeightFrame& frame,
                        std::span<const Quad> quads, const Grid& grid, const ParallelFor& parallel)
-    : field_(field),
+    : target_(target),
       cells_(cells),
       frame_(frame),
       quads_(quads),
@@ -128,17 +126,15 @@ void SurfaceFit::linearise() {
         const Vec3f& vertex = places_[sample.vertices[v]];
         for (std::size_t k = 0; k < 3; ++k) at[k] += sample.parts[v] * vertex[k];
       }
-      const VolumeField::Sample field = field_.at(at);
-      const float square = dot(field.gradient, field.gradient);
-      const float inverse = square > 0 ? 1 / std::sqrt(square) : 0;
-      sample.distance = field.value * inverse;
+      const FitTarget::Near near = target_.near(at, sample.vertices);
+      sample.distance = near.distance;
       sample.slopes.fill(0);
-      if (!(std::abs(sample.distance) < kDoubtful) || inverse == 0) {
+      if (!(std::abs(sample.distance) < kDoubtful)) {
         sample.distance = 0;
         continue;
       }
       for (std::size_t v = 0; v < 4; ++v)
-        sample.slopes[v] = sample.parts[v] * inverse * dot(field.gradient, normals_[sample.vertices[v]]);
+        sample.slopes[v] = sample.parts[v] * dot(near.normal, normals_[sample.vertices[v]]);
     }
   });
 }
@@ -174,64 +170,11 @@ void SurfaceFit::optimise(int rounds) {
   }
 }
 
-float SurfaceFit::crossing(std::uint32_t i) const {
-  const std::array<std::uint16_t, 3> corner{cells_[i].x, cells_[i].y, cells_[i].z};
-  const auto at = [&](float h) {
-    Vec3f p = points_[i];
-    for (std::size_t k = 0; k < 3; ++k) p[k] += h * normals_[i][k];
-    return p;
-  };
-  const auto inCell = [&](const Vec3f& p) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      if (p[k] < static_cast<float>(corner[k]) - kProbe || p[k] > static_cast<float>(corner[k]) + 1 + kProbe)
-        return false;
-    }
-    return true;
-  };
-  const float here = field_.at(points_[i]).value;
-  float nearest = 0, least = std::abs(here);
-  std::array<float, 2> last{here, here};
-  for (float way = kProbe; way <= kFarthest; way += kProbe) {
-    bool left = true;
-    for (std::size_t side = 0; side < 2; ++side) {
-      const float sign = side == 0 ? 1.0f : -1.0f;
-      const Vec3f p = at(sign * way);
-      if (!inCell(p)) continue;
-      left = false;
-      const float value = field_.at(p).value;
-      if ((value < 0) != (last[side] < 0)) {
-        float a = way - kProbe, b = way, fa = last[side], fb = value;
-        for (int step = 0; step < 4; ++step) {  // false position, the kept end weighed down
-          const float m = a + (b - a) * (fa / (fa - fb));
-          const float fm = field_.at(at(sign * m)).value;
-          if ((fm < 0) == (fa < 0)) {
-            a = m;
-            fa = fm;
-            fb /= 2;
-          } else {
-            b = m;
-            fb = fm;
-            fa /= 2;
-          }
-        }
-        const float height = sign * (a + (b - a) * (fa / (fa - fb)));
-        return std::isfinite(height) ? height : sign * way;
-      }
-      last[side] = value;
-      if (std::abs(value) < least) {
-        least = std::abs(value);
-        nearest = sign * way;
-      }
-    }
-    if (left) break;
-  }
-  return nearest;
-}
-
 void SurfaceFit::toSurface() {
   parallel_((heights_.size() + kPerTask - 1) / kPerTask, [&](std::size_t task) {
     const std::size_t end = std::min(heights_.size(), (task + 1) * kPerTask);
-    for (std::size_t i = task * kPerTask; i < end; ++i) start_[i] = crossing(static_cast<std::uint32_t>(i));
+    for (std::size_t i = task * kPerTask; i < end; ++i)
+      start_[i] = target_.height(static_cast<std::uint32_t>(i), cells_[i], points_[i], normals_[i]);
   });
   heights_ = start_;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Heights for which the mesh, not only its vertices, lies close to the volume's isosurface. Encoder only;
+// Heights for which the mesh, not only its vertices, lies close to a surface. Encoder only;
 // floating point.
 #pragma once
 
@@ -8,23 +8,23 @@
 
 #include <vector>
 
-#include "extract/volume_field.h"
+#include "extract/fit_target.h"
 #include "intra/height_stream.h"
 
 namespace isoreel {
 
-/// The squared distance of the mesh to the isosurface at samples of it (vertices, middles of edges and
+/// The squared distance of the mesh to the target at samples of it (vertices, middles of edges and
 /// diagonals, centroids of triangles), as a function of the vertices' heights: linear around the heights of
 /// the last linearise().
 class SurfaceFit {
  public:
   /// Everything must outlive it; `quads` are the dual mesh of `cells`.
-  SurfaceFit(const VolumeField& field, std::span<const Cell> cells, const HeightFrame& frame,
+  SurfaceFit(const FitTarget& target, std::span<const Cell> cells, const HeightFrame& frame,
              std::span<const Quad> quads, const Grid& grid, const ParallelFor& parallel);
 
   /// Heights in cells.
   const std::vector<float>& heights() const { return heights_; }
-  /// Puts every vertex where its normal meets the isosurface, or comes nearest to it inside the cell.
+  /// Puts every vertex where its normal meets the target.
   void toSurface();
   /// Moves heights to where the sum of squares is least.
   void optimise(int rounds);
@@ -57,9 +57,8 @@ class SurfaceFit {
   void makeSamples(std::span<const Quad> quads);
   void splitQuads(std::span<const Quad> quads);
   Vec3f place(std::uint32_t i) const;
-  float crossing(std::uint32_t i) const;
 
-  const VolumeField& field_;
+  const FitTarget& target_;
   std::span<const Cell> cells_;
   const HeightFrame& frame_;
   std::span<const Quad> quads_;

@@ -12,7 +12,7 @@ namespace isoreel {
 class DistanceField {
  public:
   /// The band's half width.
-  static constexpr std::int32_t kBand = 4;
+  static constexpr std::int32_t kBand = 2;
   /// Squared distance of everything outside the band.
   static constexpr float kFar = kBand * kBand;
 

@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "motion/distance_field.h"
-#include "motion/distance_tree.h"
+#include "motion/signed_distance.h"
 
 namespace isoreel {
 namespace {
@@ -28,7 +28,7 @@ constexpr float kSearch = 0.08f;
 class BlockSearch {
  public:
   BlockSearch(const Reference& reference, const MotionSettings& settings, float unit)
-      : reference_(reference), tree_(reference.field()), settings_(settings), unit_(unit) {}
+      : reference_(reference), distance_(reference.field()), settings_(settings), unit_(unit) {}
 
   void start(std::span<const std::array<float, 3>> points) {
     points_.clear();
@@ -61,19 +61,17 @@ class BlockSearch {
     return best;
   }
 
-  /// Gauss-Newton on the sum of the approximants until it no longer gets less (paper, appendix A).
+  /// Gauss-Newton on the sum of squared distances until it no longer gets less (paper, appendix A).
   Vector3f registered(Vector3f vector, const Vector3f& expected) {
     float least = cost(vector);
     for (int iteration = 0; iteration < 20; ++iteration) {
       Eigen::Matrix3f hessian = Eigen::Matrix3f::Zero();
       Vector3f gradient = Vector3f::Zero();
       for (const Vector3f& point : points_) {
-        Vector3f inside;
-        const auto& q = tree_.around(point + vector, inside);
-        const float square = q.at(inside);
-        if (!q.near || square > 4 * kOutlier) continue;
-        hessian += q.hessian;
-        gradient += q.hessian * inside + q.gradient;
+        const SignedDistance::Near d = distance_.at(point + vector);
+        if (!d.near || d.value * d.value > 4 * kOutlier) continue;
+        hessian.noalias() += 2 * d.slope * d.slope.transpose();
+        gradient += 2 * d.value * d.slope;
       }
       // Directions that the surface says nothing of go where the neighbours went.
       const float weight = 0.05f * static_cast<float>(points_.size()) + 0.05f;
@@ -95,11 +93,7 @@ class BlockSearch {
   /// Sum of squared distances that count.
   float cost(const Vector3f& vector) {
     float sum = 0;
-    for (const Vector3f& point : points_) {
-      Vector3f inside;
-      const auto& q = tree_.around(point + vector, inside);
-      sum += q.near ? std::clamp(q.at(inside), 0.0f, kOutlier) : kOutlier;
-    }
+    for (const Vector3f& point : points_) sum += distance_.square(point + vector, kOutlier);
     return sum;
   }
   float meanCost(const Vector3f& vector) { return cost(vector) / static_cast<float>(points_.size()); }
@@ -140,7 +134,7 @@ class BlockSearch {
   }
 
   const Reference& reference_;
-  DistanceTree tree_;
+  SignedDistance distance_;
   std::optional<DistanceField> field_;  // made when it is first needed
   const MotionSettings& settings_;
   float unit_;  // of a quantised vector, in cells

@@ -11,7 +11,7 @@
 namespace isoreel {
 
 /// Finds a vector for every block of `motion`: coarse search over the distance field, registration against
-/// the quadratic approximants of the squared distance, then the choice between that, the neighbours' vector
+/// the reference's own field, then the choice between that, the neighbours' vector
 /// and standing still by what each leaves and costs. `points`: the current vertices in cells, block by block
 /// in the order of the field's cells. `before`: in profile main, the blocks of the packet before, else null.
 void searchMotion(const Reference& reference, std::span<const std::array<float, 3>> points,

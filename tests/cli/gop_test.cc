@@ -42,7 +42,7 @@ TEST_F(GopTest, ProfileMainIsSmaller) {
   ok("isoreel encode seq.json -o plain.isr --iso 0 --profile main --frame-types intra --without "
      "neighbours,signs,fit,rate");
   ok("isoreel verify plain.isr");
-  ok("isoreel encode seq.json -o classic.isr --iso 0 --frame-types intra");
+  ok("isoreel encode seq.json -o classic.isr --iso 0 --profile classic --frame-types intra");
   EXPECT_LT(bytes("main.isr"), bytes("classic.isr"));
   ok("isoreel encode seq.json -o mainp.isr --iso 0 --profile main --gop 5");
   EXPECT_EQ(types("mainp.isr"), "IPPPPIPP");

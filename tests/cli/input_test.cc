@@ -267,8 +267,8 @@ TEST_F(InputTest, TagsAreKept) {
 
 TEST_F(InputTest, VertexPlacementsDiffer) {
   sequence();
-  ok("isoreel encode seq.json -o q.isr --iso 0 --vertex qef && isoreel encode seq.json -o c.isr --iso 0 "
-     "--vertex centroid");
+  ok("isoreel encode seq.json -o q.isr --iso 0 --fit extracted --vertex qef && isoreel encode seq.json "
+     "-o c.isr --iso 0 --fit extracted --vertex centroid");
   EXPECT_EQ(frames("q.isr")[0]["vertices"], frames("c.isr")[0]["vertices"]);
   EXPECT_NE(frames("q.isr")[0]["hash"], frames("c.isr")[0]["hash"]);
   fails("isoreel encode seq.json -o x.isr --iso 0 --vertex best", 2, "'best' is not centroid or qef");

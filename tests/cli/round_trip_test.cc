@@ -61,7 +61,7 @@ TEST_F(RoundTripTest, InfoTellsTheShapeOfEveryFrame) {
   EXPECT_EQ(info["frames"], 8);
   EXPECT_EQ(info["bytes"], bytes("seq.isr"));
   EXPECT_EQ(info["indexed"], true);
-  EXPECT_EQ(info["profile"], "classic");
+  EXPECT_EQ(info["profile"], "main");
   EXPECT_EQ(info["inside"], "above");
   EXPECT_EQ(info["step"], 1.0 / 16);
   EXPECT_EQ(info["grid"]["nodes"], (std::vector<int>{25, 25, 25}));
@@ -93,7 +93,7 @@ TEST_F(RoundTripTest, InfoTellsTheShapeOfEveryFrame) {
 
 TEST_F(RoundTripTest, PacketsListSectionsThatFitIntoThem) {
   sequence();
-  ok("isoreel encode seq.json -o seq.isr --iso 0 --step 1/32");
+  ok("isoreel encode seq.json -o seq.isr --iso 0 --profile classic --step 1/32");
   const auto info = json("isoreel info seq.isr --packets --json");
   ASSERT_EQ(info["packet_list"].size(), 8u);
   std::uint64_t all = 0;

@@ -26,10 +26,10 @@ TEST_F(UsageTest, HelpTellsDefaults) {
     for (const std::string& part : parts)
       EXPECT_NE(help.find(part), std::string::npos) << part << "\n" << help;
   };
-  tells("encode", {"=1/16", "=25", "=qef", "=error", "=classic", "=auto", "=12", "=8", "]=0",
+  tells("encode", {"=1/16", "=25", "=qef", "=error", "=main", "=auto", "=12", "=default", "=volume", "]=0",
                    "default: 0 for level sets", "default: below for level sets, else above", "default: all"});
   tells("decode", {"]=0", "default: all"});
-  tells("compare", {"=200000", "=qef", "=error", "]=0"});
+  tells("compare", {"default: 200000", "=qef", "=error", "]=0"});
   tells("render", {"=35,25", "]=1\n", "]=12", "default: 1280x960"});
   tells("demo", {"=demo-output"});
   EXPECT_EQ(ok("isoreel encode --help").find("=[]"), std::string::npos);

@@ -131,6 +131,7 @@ const Made& named(const std::string& name) {
 
 EncoderSettings settings(const Made& made, std::uint32_t step) {
   EncoderSettings result;
+  result.configuration.profile = Profile::kClassic;
   result.configuration.grid = made.volume.grid;
   result.configuration.inside = made.inside;
   result.configuration.step = step;

@@ -18,6 +18,7 @@ Bytes written(const Configuration& configuration) {
 
 Configuration placed() {
   Configuration c;
+  c.profile = Profile::kClassic;
   c.inside = Inside::kBelow;
   c.grid = made::gridOf(513, 2, 65536);
   c.grid.origin = {1.5, -2e300, 3};
@@ -85,7 +86,9 @@ TEST(ConfigurationRecord, WriterRefusesWhatAReaderWould) {
 /// The message about a record whose fields start with profile, inside, tools, nodes (2, 2, 2) …, with one
 /// byte changed.
 std::string changed(std::size_t at, std::uint8_t value) {
-  Bytes record = written(Configuration{});
+  Configuration classic;
+  classic.profile = Profile::kClassic;
+  Bytes record = written(classic);
   made::changeRecord(record, at, value);
   const auto result = readConfiguration(record);
   return result.ok() ? "fine" : result.error().message;
@@ -145,7 +148,9 @@ TEST(ConfigurationRecord, RefusesSpacingThatIsNotAboveZeroAndNumbersThatAreNotFi
 }
 
 TEST(ConfigurationRecord, VersionAboveOursIsUnsupported) {
-  Bytes record = written(Configuration{});
+  Configuration classic;
+  classic.profile = Profile::kClassic;
+  Bytes record = written(classic);
   made::changeRecord(record, 4, 2);
   const auto result = readConfiguration(record);
   ASSERT_FALSE(result.ok());

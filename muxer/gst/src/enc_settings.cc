@@ -36,7 +36,8 @@ const GEnumValue kTypes[] = {
     {static_cast<gint>(FrameTypes::kIntra), "Every frame decodes alone", "intra"},
     {static_cast<gint>(FrameTypes::kAuto), "Predicted where that is smaller", "auto"},
     {0, nullptr, nullptr}};
-const GEnumValue kBlocks[] = {{2, "4 cells", "4"},
+const GEnumValue kBlocks[] = {{0, "8, 16 or 32 cells, whichever is smallest", "any"},
+                              {2, "4 cells", "4"},
                               {3, "8 cells", "8"},
                               {4, "16 cells", "16"},
                               {5, "32 cells", "32"},

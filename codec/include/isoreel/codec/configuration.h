@@ -20,7 +20,7 @@ enum class Profile : std::uint8_t { kClassic = 0, kMain = 1 };
 
 /// The configuration record (spec codec 2): what a decoder must know before the first packet.
 struct Configuration {
-  Profile profile = Profile::kClassic;
+  Profile profile = Profile::kMain;
   Inside inside = Inside::kAbove;
   std::uint32_t tools = 0;  // one flag a coding tool
   Grid grid;

@@ -32,13 +32,21 @@ enum class FrameTypes {
 
 /// How motion is searched for.
 struct MotionSettings {
-  std::uint32_t block_log2 = 3;  // of a block's side in cells, 2 to 5
+  static constexpr std::uint32_t kAnySize = 0;  // 8, 16 or 32 cells, whichever makes the smallest packet
+  std::uint32_t block_log2 = 3;                 // of a block's side in cells: 2 to 5, or kAnySize
   std::uint32_t range = 8;   // of the coarse search, in cells each way around what neighbours say; 0: none
   bool registration = true;  // refine by registration to the previous surface
 };
 
+/// What decoded surfaces should be close to.
+enum class Fit {
+  kVolume,     // the isosurface of the volume's trilinear interpolant
+  kExtracted,  // the mesh of the extractor
+};
+
 /// What the encoder of profile main may leave out, to see what each is worth.
 struct HeightSettings {
+  Fit fit = Fit::kVolume;
   bool neighbours = true;     // predict heights from those of coded neighbours (a tool of the format)
   bool mixed_signs = true;    // two opinions on each sign (another)
   bool fit_triangles = true;  // choose heights for the mesh's triangles, not for its vertices alone
@@ -55,6 +63,12 @@ struct EncoderSettings {
   NonFinite non_finite = NonFinite::kRefuse;
   ParallelFor parallel = serialFor;
 };
+
+/// How much time an encoder takes.
+enum class Preset { kFast, kDefault, kBest };
+
+/// Sets what of the settings a preset is about. Those of kDefault are what new settings have.
+void usePreset(Preset preset, EncoderSettings& settings);
 
 /// Time and isovalue of a frame to encode.
 struct FrameTiming {

@@ -5,6 +5,8 @@
 #include <isoreel/codec/surface.h>
 #include <isoreel/codec/volume.h>
 
+#include <algorithm>
+
 namespace isoreel::inspect {
 
 /// Triangles in cells (grid space, floating point): what distances are measured between.
@@ -38,12 +40,20 @@ struct SurfaceDistance {
   std::size_t samples = 0;
 };
 
+/// What `isoreel compare` and `isoreel encode` sample unless they are told otherwise.
+inline constexpr std::size_t kSamples = 200'000;
+/// The same for small meshes, where more would tell nothing new: at most 64 for each triangle of the mesh
+/// that has fewer.
+inline std::size_t samplesFor(const Mesh& a, const Mesh& b) {
+  return std::min(kSamples, 64 * std::min(a.triangles.size(), b.triangles.size()));
+}
+
 /// Exact nearest-point distances between uniform area-weighted samples of two meshes, both ways. Sampling is
 /// deterministic (a fixed low-discrepancy sequence, `samples` each way, at least 1), and every vertex of a
 /// triangle counts for the maximum too. Two meshes without triangles are at distance 0; if only one has none,
 /// every figure is infinite. Less than 1e-9 cells is what rounding leaves, and counts as 0: identical meshes
 /// are at distance 0. The same for every `parallel`.
-SurfaceDistance distance(const Mesh& a, const Mesh& b, std::size_t samples = 200'000,
+SurfaceDistance distance(const Mesh& a, const Mesh& b, std::size_t samples = kSamples,
                          const ParallelFor& parallel = serialFor);
 
 }  // namespace isoreel::inspect

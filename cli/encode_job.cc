@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "encode_job.h"
+
+#include <fmt/format.h>
+#include <isoreel/codec/decoder.h>
+#include <isoreel/inspect/distance.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "parallel.h"
+#include "step_search.h"
+
+namespace isoreel::cli {
+namespace {
+
+constexpr double kNearEnough = 0.97;  // of the limit: a larger step would save next to nothing
+
+}  // namespace
+
+/// On its way through the encoder: frames [begin, end) of the volumes or isovalues, of one track.
+struct EncodeRun::Gop {
+  std::uint64_t begin = 0, end = 0;
+  std::size_t track = 0;
+  std::vector<CodedFrame> frames;
+  Status status;  // why there are fewer
+};
+
+Result<std::shared_ptr<const Volume>> EncodeRun::volumeAt(std::size_t index) {
+  const std::lock_guard lock(reading_);
+  if (only_) return only_;
+  ISOREEL_ASSIGN(Volume volume, job_.volumes->read(index));
+  auto shared = std::make_shared<const Volume>(std::move(volume));
+  if (job_.volumes->size() == 1) only_ = shared;
+  return shared;
+}
+
+/// All frames of the GOP, as far as they go.
+Status EncodeRun::encode(Gop& gop, std::uint32_t step) {
+  gop.frames.clear();
+  EncoderSettings settings = job_.settings;
+  settings.configuration.step = step;
+  ISOREEL_ASSIGN(Encoder encoder, Encoder::create(settings));
+  for (std::uint64_t frame = gop.begin; frame < gop.end; ++frame) {
+    if (interrupted) return {ErrorCode::kIo, "interrupted"};
+    const std::size_t index = job_.volumes->size() == 1 ? 0 : static_cast<std::size_t>(frame);
+    ISOREEL_ASSIGN(const std::shared_ptr<const Volume> volume, volumeAt(index));
+    const std::uint64_t number = job_.tracks[gop.track].number + frame - job_.range.begin;
+    const FrameTiming timing{job_.shard ? frame : number, job_.times.times[frame],
+                             job_.times.durations[frame], job_.isovalues[gop.track][frame]};
+    CodedFrame coded;
+    Result<Packet> packet = encoder.encode(*volume, timing, &coded.sizes);
+    if (!packet) return packet.status().at(job_.volumes->name(index));
+    coded.packet = *std::move(packet);
+    coded.packet.header.number = number;
+    gop.frames.push_back(std::move(coded));
+  }
+  return {};
+}
+
+Status EncodeRun::measureAll(Gop& gop) {
+  Decoder decoder;
+  for (std::size_t i = 0; i < gop.frames.size(); ++i) {
+    if (interrupted) return {ErrorCode::kIo, "interrupted"};
+    Packet& packet = gop.frames[i].packet;
+    const auto frame = static_cast<std::size_t>(gop.begin) + i;
+    const std::size_t index = job_.volumes->size() == 1 ? 0 : frame;
+    ISOREEL_ASSIGN(const Surface decoded, decoder.decode(packet.data));  // as anybody will see it
+    ISOREEL_ASSIGN(const std::shared_ptr<const Volume> volume, volumeAt(index));
+    const inspect::Mesh mesh = inspect::meshOf(decoded);
+    const inspect::Mesh wanted = inspect::volumeIsosurface(*volume, job_.isovalues[gop.track][frame],
+                                                           job_.settings.configuration.inside);
+    const inspect::Distance found =
+        inspect::distance(mesh, wanted, inspect::samplesFor(mesh, wanted), parallelFor).symmetric;
+    if (!std::isfinite(found.rms)) continue;  // one of them is empty
+    packet.header.error_kind = ErrorKind::kVolume;
+    packet.header.error_rms = static_cast<float>(found.rms);
+    packet.header.error_max = static_cast<float>(found.max);
+  }
+  return {};
+}
+
+/// With the largest step at which no frame is further than `limit` from its isosurface, nearly.
+Status EncodeRun::encodeWithin(Gop& gop, double limit) {
+  StepSearch search(kNearEnough * limit, limit, 0.5);
+  std::vector<CodedFrame> best;
+  std::string finest;
+  while (const auto step = search.next()) {
+    Status status = encode(gop, *step);
+    if (status.ok()) status = measureAll(gop);
+    if (!status.ok()) {
+      gop.frames.clear();
+      return status;
+    }
+    const auto worst = std::max_element(
+        gop.frames.begin(), gop.frames.end(),
+        [](const auto& a, const auto& b) { return a.packet.header.error_rms < b.packet.header.error_rms; });
+    search.add(*step, static_cast<double>(worst->packet.header.error_rms));
+    finest = fmt::format("frame {} is {:.4f} cells RMS from the volume's isosurface with a step of 1/{}",
+                         gop.begin + static_cast<std::uint64_t>(worst - gop.frames.begin()),
+                         worst->packet.header.error_rms, kCell / static_cast<std::int32_t>(*step));
+    if (search.best() == step) best = std::move(gop.frames);
+  }
+  gop.frames = std::move(best);
+  if (gop.frames.empty())
+    return {ErrorCode::kInvalidArgument,
+            fmt::format("{}: --max-error {:g} cannot be kept on this grid", finest, limit)};
+  return {};
+}
+
+Status EncodeRun::run(std::uint32_t step, const std::function<Status(const CodedFrame&, std::size_t)>& write,
+                      const std::function<Status()>& end) {
+  std::uint64_t next = job_.range.begin;
+  std::size_t next_track = 0;
+  // GOPs are closed: each has an encoder of its own. They begin where those of a whole encode do. Those of
+  // several tracks take turns.
+  const auto begin = [&](Gop& gop) -> Result<bool> {
+    const std::uint64_t length = job_.settings.gop;
+    gop.begin = next;
+    gop.end = std::min<std::uint64_t>(next - next % length + length, job_.range.end);
+    gop.track = next_track++;
+    if (next_track == job_.tracks.size()) {
+      next_track = 0;
+      next = gop.end;
+    }
+    return gop.begin < gop.end;
+  };
+  const auto work = [&](Gop& gop) -> Status {
+    if (job_.error.limit) {
+      gop.status = encodeWithin(gop, *job_.error.limit);
+    } else {
+      gop.status = encode(gop, step);
+      if (gop.status.ok() && job_.error.measure) gop.status = measureAll(gop);
+    }
+    return {};
+  };
+  std::uint64_t written = 0;
+  const auto out = [&](Gop& gop) -> Status {
+    for (const CodedFrame& frame : gop.frames) {
+      ISOREEL_TRY(write(frame, gop.track));
+      ++written;
+    }
+    ISOREEL_TRY(end());
+    return gop.status;
+  };
+  ISOREEL_TRY(forEachFrame<Gop>(job_.jobs, begin, work, out));
+  if (written < job_.frameCount()) return {ErrorCode::kIo, "interrupted"};
+  return {};
+}
+
+}  // namespace isoreel::cli
