@@ -239,6 +239,7 @@ Status encode(const EncodeOptions& options) {
   for (const std::string& tool : options.without) {
     if (tool == "neighbours") settings.heights.neighbours = false;
     if (tool == "signs") settings.heights.mixed_signs = false;
+    if (tool == "sheets") settings.heights.sheets = false;
     if (tool == "fit") settings.heights.fit_triangles = false;
     if (tool == "rate") settings.heights.weigh_rate = false;
   }
@@ -372,8 +373,8 @@ void addEncodeCommand(CLI::App& app, Action& chosen) {
       ->type_name("classic|main");
   verb->add_option(
           "--without", options->without,
-          "Leave out tools of profile main, to see what they are worth: neighbours, signs, fit, rate")
-      ->check(CLI::IsMember({"neighbours", "signs", "fit", "rate"}))
+          "Leave out tools of profile main, to see what they are worth: neighbours, signs, sheets, fit, rate")
+      ->check(CLI::IsMember({"neighbours", "signs", "sheets", "fit", "rate"}))
       ->delimiter(',')
       ->default_str("");
   verb->add_option_function<std::string>(

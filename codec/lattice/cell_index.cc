@@ -8,11 +8,17 @@ void CellIndex::build(std::span<const Cell> cells) {
   bricks_.clear();
   for (std::uint32_t i = 0; i < cells.size();) {
     const std::int32_t x = cells[i].x >> 2, y = cells[i].y >> 2, z = cells[i].z >> 2;
-    Brick brick{0, 0, i, 0, x, y, z};
+    Brick brick{0, 0, {}, i, 0, x, y, z};
     for (; i < cells.size(); ++i) {
       const Cell& cell = cells[i];
       if (((cell.x >> 2 ^ x) | (cell.y >> 2 ^ y) | (cell.z >> 2 ^ z)) != 0) break;
-      brick.mask |= bit(cell.x, cell.y, cell.z);
+      const std::uint64_t own = bit(cell.x, cell.y, cell.z);
+      if ((brick.mask & own) != 0) {
+        brick.repeated[2] |= brick.repeated[1] & own;
+        brick.repeated[1] |= brick.repeated[0] & own;
+        brick.repeated[0] |= own;
+      }
+      brick.mask |= own;
       brick.rows |= std::uint64_t{1} << ((cell.x & 3) | (cell.y & 3) << 2 | (cell.z & 3) << 4);
     }
     brick.count = i - brick.first;

@@ -41,6 +41,7 @@ struct MotionSettings {
 struct HeightSettings {
   bool neighbours = true;     // predict heights from those of coded neighbours (a tool of the format)
   bool mixed_signs = true;    // two opinions on each sign (another)
+  bool sheets = true;         // a vertex for each sheet of a cell, so that the mesh is a manifold (another)
   bool fit_triangles = true;  // choose heights for the mesh's triangles, not for its vertices alone
   bool weigh_rate = true;     // and for what they cost
 };
@@ -89,8 +90,8 @@ class Encoder {
   /// bytes per vertex, 1200 with prediction or in profile main. `sizes` may be null.
   Result<Packet> encode(const Volume& volume, const FrameTiming& timing, PacketSizes* sizes = nullptr);
 
-  /// Codes a surface that was decoded before, where its volume is gone. `cells` are Decoder::cells() of it,
-  /// and `filled` tells of a frame without any whether all of it is inside. The packet has the same signs, so
+  /// Codes a surface that was decoded before, where its volume is gone, with vertices for sheets as the settings
+  /// have it. `cells` are Decoder::cells() of it, and `filled` tells of a frame without any whether all of it is inside. The packet has the same signs, so
   /// the same faces and connections; each vertex moves by rounding to the configuration's step along its
   /// normal and, where that was another or the packet is predicted, along its tangents. The header tells no
   /// error.
