@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "lattice/sheets.h"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 
@@ -40,13 +41,14 @@ constexpr bool isAmbiguous(std::uint32_t corners, std::uint32_t face) {
   return std::popcount(low ^ static_cast<std::uint32_t>(std::countr_zero(on_face ^ bitOf(low)))) == 2;
 }
 
-/// Corners of one sign that share an edge are joined; so are the outside ones of an ambiguous face, or the
-/// inside ones where it is turned.
-constexpr Joints jointsOf(std::uint32_t corners, std::uint32_t turned) {
+/// Corners of one sign that share an edge are joined, but along the edge whose ends are `cut`; so are the outside
+/// ones of an ambiguous face, or the inside ones where it is turned.
+constexpr Joints jointsOf(std::uint32_t corners, std::uint32_t turned, std::uint32_t cut) {
   Joints joints{};
   for (std::uint32_t j = 0; j < 8; ++j) {
     for (const std::uint32_t axis : {1u, 2u, 4u}) {
-      if ((corners >> j & 1) == (corners >> (j ^ axis) & 1)) joints[j] |= bitOf(j ^ axis);
+      if ((corners >> j & 1) == (corners >> (j ^ axis) & 1) && (bitOf(j) | bitOf(j ^ axis)) != cut)
+        joints[j] |= bitOf(j ^ axis);
     }
   }
   for (std::uint32_t face = 0; face < 6; ++face) {
@@ -62,12 +64,16 @@ constexpr Joints jointsOf(std::uint32_t corners, std::uint32_t turned) {
 struct Sheets {
   std::uint8_t count = 0;
   std::array<std::uint8_t, 4> corners{};  // rising
+
+  constexpr bool has(std::uint8_t sheet) const {
+    return std::find(corners.begin(), corners.begin() + count, sheet) != corners.begin() + count;
+  }
 };
 
 // Groups of corners and the sheets between them are a tree: each sheet is a closed curve on the cell's surface.
-constexpr Sheets sheetsOf(std::uint32_t corners, std::uint32_t turned) {
+constexpr Sheets sheetsOf(std::uint32_t corners, std::uint32_t turned, std::uint32_t cut = 0) {
   Sheets result;
-  const Joints joints = jointsOf(corners, turned);
+  const Joints joints = jointsOf(corners, turned, cut);
   for (std::uint32_t inside = 0; inside < 8; ++inside) {
     for (const std::uint32_t axis : {1u, 2u, 4u}) {
       if ((corners >> inside & 1) == 0 || (corners >> (inside ^ axis) & 1) != 0) continue;
@@ -77,24 +83,62 @@ constexpr Sheets sheetsOf(std::uint32_t corners, std::uint32_t turned) {
       for (std::uint32_t j = 0; j < 8; ++j) {
         for (const std::uint32_t a : {1u, 2u, 4u}) {
           const std::uint32_t ends = bitOf(j) | bitOf(j ^ a);
-          if ((ends & in) == 0 || (ends & out) == 0) others[j] |= bitOf(j ^ a);
+          if (ends != cut && ((ends & in) == 0 || (ends & out) == 0)) others[j] |= bitOf(j ^ a);
         }
       }
       const auto sheet = static_cast<std::uint8_t>(reached(others, in));
-      std::uint8_t place = 0;
-      while (place < result.count && result.corners[place] < sheet) ++place;
-      if (place < result.count && result.corners[place] == sheet) continue;
-      for (std::uint8_t k = result.count++; k > place; --k) result.corners[k] = result.corners[k - 1u];
-      result.corners[place] = sheet;
+      if (!result.has(sheet)) result.corners[result.count++] = sheet;
     }
   }
+  std::sort(result.corners.begin(), result.corners.begin() + result.count);
   return result;
+}
+
+/// Whether a sheet has an edge of the cell that is on none of these faces, one bit each: one that may have a quad.
+constexpr bool hasEdgeOff(std::uint32_t faces, std::uint32_t sheet) {
+  for (std::uint32_t j = 0; j < 8; ++j) {
+    for (std::uint32_t axis = 0; axis < 3; ++axis) {
+      const std::uint32_t other = j ^ 1u << axis;
+      if ((sheet >> j & 1) == (sheet >> other & 1)) continue;
+      bool off = true;
+      for (std::uint32_t face = 0; face < 6; ++face) {
+        const std::uint32_t ends = bitOf(j) | bitOf(other);
+        off = off && ((faces >> face & 1) == 0 || (cornersOn(face) & ends) != ends);
+      }
+      if (off) return true;
+    }
+  }
+  return false;
+}
+
+/// The sheets where these faces are at the grid's border, two of them side by side. The border may cut a sheet into
+/// two, each with quads of its own; then so does the edge that these faces share.
+Sheets sheetsAtBorder(std::uint32_t corners, std::uint32_t turned, std::uint32_t faces) {
+  const Sheets whole = sheetsOf(corners, turned);
+  for (std::uint32_t j = 0; j < 8; ++j) {
+    for (std::uint32_t axis = 0; axis < 3; ++axis) {
+      const std::uint32_t other = j | 1u << axis, ends = bitOf(j) | bitOf(other);
+      if (other == j || (corners >> j & 1) != (corners >> other & 1)) continue;
+      bool at_border = true;
+      for (std::uint32_t face = 0; face < 6; ++face)
+        at_border = at_border && ((cornersOn(face) & ends) != ends || (faces >> face & 1) != 0);
+      if (!at_border || (reached(jointsOf(corners, turned, ends), bitOf(j)) & ends) == ends) continue;
+      const Sheets parts = sheetsOf(corners, turned, ends);
+      bool all = parts.count > whole.count;
+      for (std::size_t k = 0; k < parts.count; ++k)
+        all = all && (whole.has(parts.corners[k]) || hasEdgeOff(faces, parts.corners[k]));
+      if (all) return parts;
+    }
+  }
+  return whole;
 }
 
 struct Tables {
   std::array<Sheets, 256> plain, turned;   // turned: with the doubtful face turned
   std::array<std::uint8_t, 256> doubtful;  // the face that the same sheet crosses twice, or kNoFace
-  std::array<bool, 256> special;           // several sheets, or a doubtful face
+  std::array<std::uint8_t, 256> mixed;     // faces whose corners differ, one bit each
+  std::array<bool, 256> cut;               // sheetsAtBorder() may say something else
+  std::array<bool, 256> special;           // several sheets, or they may depend on what is across faces
 };
 
 Tables makeTables() {
@@ -105,23 +149,46 @@ Tables makeTables() {
     for (std::uint32_t face = 0; face < 6; ++face) {
       if (!isAmbiguous(corners, face)) continue;
       const std::uint32_t pair = corners & cornersOn(face);
-      if ((reached(jointsOf(corners, kNoFace), pair & (0 - pair)) & pair) == pair) doubtful = face;
+      if ((reached(jointsOf(corners, kNoFace, 0), pair & (0 - pair)) & pair) == pair) doubtful = face;
     }
     tables.doubtful[corners] = static_cast<std::uint8_t>(doubtful);
     tables.turned[corners] = sheetsOf(corners, doubtful);
-    tables.special[corners] = tables.plain[corners].count > 1 || doubtful != kNoFace;
+    for (std::uint32_t face = 0; face < 6; ++face) {
+      const std::uint32_t on_face = cornersOn(face);
+      if ((corners & on_face) != 0 && (corners & on_face) != on_face)
+        tables.mixed[corners] = static_cast<std::uint8_t>(tables.mixed[corners] | 1u << face);
+    }
+    for (std::uint32_t a = 0; a < 6; ++a) {
+      for (std::uint32_t b = (a | 1) + 1; b < 6; ++b) {
+        const Sheets parts = sheetsAtBorder(corners, kNoFace, 1u << a | 1u << b);
+        tables.cut[corners] = tables.cut[corners] || parts.count > tables.plain[corners].count;
+      }
+    }
+    tables.special[corners] = tables.plain[corners].count > 1 || doubtful != kNoFace || tables.cut[corners];
   }
   return tables;
 }
 
-/// Whether the doubtful face of a cell, if it has one, is so for all cells that have it.
-bool isTurned(const Tables& tables, std::span<const Cell> cells, const CellIndex& index, const Cell& cell) {
-  const std::uint32_t face = tables.doubtful[cell.corners];
-  if (face == kNoFace) return false;
-  std::array<std::int32_t, 3> across{cell.x, cell.y, cell.z};
-  across[face / 2] += face % 2 == 0 ? -1 : 1;
-  const std::uint32_t other = index.find(across[0], across[1], across[2]);
-  return other == CellIndex::kNone || tables.doubtful[cells[other].corners] == (face ^ 1);
+/// The sheets of a cell for which Tables::special is true.
+Sheets sheetsAmong(const Tables& tables, std::span<const Cell> cells, const CellIndex& index, const Cell& cell) {
+  const auto across = [&](std::uint32_t face) {
+    std::array<std::int32_t, 3> at{cell.x, cell.y, cell.z};
+    at[face / 2] += face % 2 == 0 ? -1 : 1;
+    return index.find(at[0], at[1], at[2]);
+  };
+  // A doubtful face is turned if it is doubtful for all cells that have it.
+  std::uint32_t turned = tables.doubtful[cell.corners];
+  if (turned != kNoFace) {
+    const std::uint32_t other = across(turned);
+    if (other != CellIndex::kNone && tables.doubtful[cells[other].corners] != (turned ^ 1)) turned = kNoFace;
+  }
+  const Sheets& result = (turned == kNoFace ? tables.plain : tables.turned)[cell.corners];
+  if (!tables.cut[cell.corners]) return result;
+  std::uint32_t border = 0;
+  for (std::uint32_t face = 0; face < 6; ++face) {
+    if ((tables.mixed[cell.corners] >> face & 1) != 0 && across(face) == CellIndex::kNone) border |= 1u << face;
+  }
+  return (border & (border - 1)) == 0 ? result : sheetsAtBorder(cell.corners, turned, border);
 }
 
 /// By axes, one bit each: the corners that are high along none of them.
@@ -159,7 +226,7 @@ std::vector<Cell> splitSheets(std::vector<Cell> cells, const CellIndex& index) {
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const Cell& cell = cells[i];
     if (!tables.special[cell.corners]) continue;
-    const Sheets& sheets = (isTurned(tables, cells, index, cell) ? tables.turned : tables.plain)[cell.corners];
+    const Sheets sheets = sheetsAmong(tables, cells, index, cell);
     if (sheets.count == 1) continue;
     append(i);
     for (std::size_t k = 0; k < sheets.count; ++k) result.push_back({cell.x, cell.y, cell.z, sheets.corners[k]});
@@ -175,11 +242,12 @@ std::uint8_t signsOf(std::span<const Cell> sheets, std::size_t first) {
   for (std::size_t i = first; i < sheets.size() && sameCell(sheets[i], sheets[first]); ++i)
     corners ^= sheets[i].corners;
   // From group to group, the sign changes with each sheet between them: these are the signs, or all others. A
-  // corner of the first sheet where an edge changes is inside.
+  // corner of the first sheet where an edge of the cell changes is inside.
   const std::uint32_t own = sheets[first].corners;
   for (std::uint32_t j = 0; j < 8; ++j) {
     for (const std::uint32_t axis : {1u, 2u, 4u}) {
-      if ((own >> j & 1) != 0 && (own >> (j ^ axis) & 1) == 0)
+      const bool changes = ((corners >> j ^ corners >> (j ^ axis)) & 1) != 0;
+      if (changes && (own >> j & 1) != 0 && (own >> (j ^ axis) & 1) == 0)
         return static_cast<std::uint8_t>((corners >> j & 1) != 0 ? corners : ~corners);
     }
   }
