@@ -250,7 +250,7 @@ Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
       }
       if (!signs.finished()) return leftOver("corner signs", level);
       if (!leaves.finished()) return leftOver("leaf bits", level);
-      if (level == wanted && level < depth) 
+      if (level == wanted && level < depth)
         coarse = surfaceFromSigns(tree.cells(), grid, depth - level, sheets);
     }
     if (predicted && motion_bytes && level == part.blockLevel())

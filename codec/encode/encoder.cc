@@ -76,9 +76,8 @@ struct Encoder::State {
   }
   /// `cells`: as above; `vertices` in them. `volume`: what they are from; null when that is not known.
   Result<Packet> code(const Volume* volume, const SignBitmap& bitmap, std::span<const Cell> active,
-                      std::span<const Cell> cells,
-                      std::span<const std::array<std::int32_t, 3>> vertices, const FrameTiming& timing,
-                      PacketSizes* sizes);
+                      std::span<const Cell> cells, std::span<const std::array<std::int32_t, 3>> vertices,
+                      const FrameTiming& timing, PacketSizes* sizes);
 };
 
 Encoder::Encoder(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -122,8 +121,7 @@ Result<Packet> Encoder::encode(const Volume& volume, const FrameTiming& timing, 
   ISOREEL_ASSIGN(const SignBitmap bitmap,
                  SignBitmap::make(volume, timing.isovalue, settings.configuration.inside, settings.non_finite,
                                   settings.parallel));
-  const std::vector<Cell> active = bitmap.activeCells(settings.parallel),
-                          cells = state_->verticesOf(active);
+  const std::vector<Cell> active = bitmap.activeCells(settings.parallel), cells = state_->verticesOf(active);
   if (cells.size() > 0xFFFFFFFFu / 4)
     return {ErrorCode::kLimit, "the surface has more than 2^30 vertices (spec codec 3.1)"};
   const auto vertices = placeVertices(volume, timing.isovalue, cells, settings.placement, settings.parallel);
@@ -157,8 +155,8 @@ Result<Packet> Encoder::encodeAgain(const Surface& surface, std::span<const Cell
             "frame " + std::to_string(timing.number) +
                 ": its vertices are not those of the cells, or of their sheets (spec codec 5.5)"};
   }
-  ISOREEL_ASSIGN(Packet packet, state_->code(nullptr, SignBitmap::fromCells(grid.nodes, active, filled), active,
-                                             cells, vertices, timing, sizes));
+  ISOREEL_ASSIGN(Packet packet, state_->code(nullptr, SignBitmap::fromCells(grid.nodes, active, filled),
+                                             active, cells, vertices, timing, sizes));
   packet.header.error_kind = ErrorKind::kNone;  // what the surface was made from is not known here
   packet.header.error_rms = packet.header.error_max = 0;
   return packet;
@@ -184,9 +182,13 @@ Result<Packet> Encoder::State::code(const Volume* volume, const SignBitmap& bitm
   header.vertices = static_cast<std::uint32_t>(cells.size());
 
   const FrameInput input{
-      grid,     bitmap,
-      active,   cells, index,
-      vertices, {static_cast<std::int32_t>(header.step), static_cast<std::int32_t>(header.tangential_step)}};
+      grid,
+      bitmap,
+      active,
+      cells,
+      index,
+      vertices,
+      {static_cast<std::int32_t>(header.step), static_cast<std::int32_t>(header.tangential_step)}};
   std::optional<VolumeField> field;
   if (main && volume != nullptr)
     field.emplace(*volume, timing.isovalue, settings.configuration.inside, active);

@@ -59,8 +59,8 @@ void measureSurface(const Surface& surface, std::span<const Cell> cells, double 
   header.volume = (inside_cells + insideCorrection(surface, cells)) * cellVolume(surface.grid);
   header.surface_hash = surfaceHash(surface);
 
-  // Edges of the mesh join cells that share a face: bit a + 3 n of a vertex marks its edge towards sheet n of the
-  // cell one lower along a.
+  // Edges of the mesh join cells that share a face: bit a + 3 n of a vertex marks its edge towards sheet n of
+  // the cell one lower along a.
   std::vector<std::uint16_t> edges(surface.vertices.size(), 0);
   std::vector<bool> used(surface.vertices.size(), false);
   std::vector<std::uint32_t> parents(surface.vertices.size());

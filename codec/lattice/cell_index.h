@@ -18,8 +18,8 @@ namespace isoreel {
 inline bool isActive(const Cell& cell) { return cell.corners != 0 && cell.corners != 0xFF; }
 
 /// Finds cells by coordinates, in a list that is in Morton order: the cells of an aligned 4×4×4 brick are
-/// neighbours in the list, so a bit mask and one number a brick are enough. A cell may be in the list up to four
-/// times, one after the other.
+/// neighbours in the list, so a bit mask and one number a brick are enough. A cell may be in the list up to
+/// four times, one after the other.
 class CellIndex {
  public:
   struct Brick {

@@ -93,8 +93,8 @@ std::uint32_t whole(const Cell& cell) {
   return (cell.x == 0 ? 1u : 7u) & (cell.y == 0 ? 2u : 7u) & (cell.z == 0 ? 4u : 7u);
 }
 
-// From the first sheets of the cells around an edge to those that have it: `from` is its lower end in the first
-// cell, the others follow as in kBack.
+// From the first sheets of the cells around an edge to those that have it: `from` is its lower end in the
+// first cell, the others follow as in kBack.
 void findSheets(std::span<const Cell> cells, std::size_t axis, bool inside, Quad& quad) {
   const std::uint32_t along = 1u << axis, u = 1u << (axis + 1) % 3, v = 1u << (axis + 2) % 3;
   const std::array<std::uint32_t, 3> low{inside ? u : v, u | v, inside ? v : u};

@@ -41,8 +41,8 @@ constexpr bool isAmbiguous(std::uint32_t corners, std::uint32_t face) {
   return std::popcount(low ^ static_cast<std::uint32_t>(std::countr_zero(on_face ^ bitOf(low)))) == 2;
 }
 
-/// Corners of one sign that share an edge are joined, but along the edge whose ends are `cut`; so are the outside
-/// ones of an ambiguous face, or the inside ones where it is turned.
+/// Corners of one sign that share an edge are joined, but along the edge whose ends are `cut`; so are the
+/// outside ones of an ambiguous face, or the inside ones where it is turned.
 constexpr Joints jointsOf(std::uint32_t corners, std::uint32_t turned, std::uint32_t cut) {
   Joints joints{};
   for (std::uint32_t j = 0; j < 8; ++j) {
@@ -70,7 +70,8 @@ struct Sheets {
   }
 };
 
-// Groups of corners and the sheets between them are a tree: each sheet is a closed curve on the cell's surface.
+// Groups of corners and the sheets between them are a tree: each sheet is a closed curve on the cell's
+// surface.
 constexpr Sheets sheetsOf(std::uint32_t corners, std::uint32_t turned, std::uint32_t cut = 0) {
   Sheets result;
   const Joints joints = jointsOf(corners, turned, cut);
@@ -94,7 +95,8 @@ constexpr Sheets sheetsOf(std::uint32_t corners, std::uint32_t turned, std::uint
   return result;
 }
 
-/// Whether a sheet has an edge of the cell that is on none of these faces, one bit each: one that may have a quad.
+/// Whether a sheet has an edge of the cell that is on none of these faces, one bit each: one that may have a
+/// quad.
 constexpr bool hasEdgeOff(std::uint32_t faces, std::uint32_t sheet) {
   for (std::uint32_t j = 0; j < 8; ++j) {
     for (std::uint32_t axis = 0; axis < 3; ++axis) {
@@ -111,8 +113,8 @@ constexpr bool hasEdgeOff(std::uint32_t faces, std::uint32_t sheet) {
   return false;
 }
 
-/// The sheets where these faces are at the grid's border, two of them side by side. The border may cut a sheet into
-/// two, each with quads of its own; then so does the edge that these faces share.
+/// The sheets where these faces are at the grid's border, two of them side by side. The border may cut a
+/// sheet into two, each with quads of its own; then so does the edge that these faces share.
 Sheets sheetsAtBorder(std::uint32_t corners, std::uint32_t turned, std::uint32_t faces) {
   const Sheets whole = sheetsOf(corners, turned);
   for (std::uint32_t j = 0; j < 8; ++j) {
@@ -170,7 +172,8 @@ Tables makeTables() {
 }
 
 /// The sheets of a cell for which Tables::special is true.
-Sheets sheetsAmong(const Tables& tables, std::span<const Cell> cells, const CellIndex& index, const Cell& cell) {
+Sheets sheetsAmong(const Tables& tables, std::span<const Cell> cells, const CellIndex& index,
+                   const Cell& cell) {
   const auto across = [&](std::uint32_t face) {
     std::array<std::int32_t, 3> at{cell.x, cell.y, cell.z};
     at[face / 2] += face % 2 == 0 ? -1 : 1;
@@ -186,7 +189,8 @@ Sheets sheetsAmong(const Tables& tables, std::span<const Cell> cells, const Cell
   if (!tables.cut[cell.corners]) return result;
   std::uint32_t border = 0;
   for (std::uint32_t face = 0; face < 6; ++face) {
-    if ((tables.mixed[cell.corners] >> face & 1) != 0 && across(face) == CellIndex::kNone) border |= 1u << face;
+    if ((tables.mixed[cell.corners] >> face & 1) != 0 && across(face) == CellIndex::kNone)
+      border |= 1u << face;
   }
   return (border & (border - 1)) == 0 ? result : sheetsAtBorder(cell.corners, turned, border);
 }
@@ -229,7 +233,8 @@ std::vector<Cell> splitSheets(std::vector<Cell> cells, const CellIndex& index) {
     const Sheets sheets = sheetsAmong(tables, cells, index, cell);
     if (sheets.count == 1) continue;
     append(i);
-    for (std::size_t k = 0; k < sheets.count; ++k) result.push_back({cell.x, cell.y, cell.z, sheets.corners[k]});
+    for (std::size_t k = 0; k < sheets.count; ++k)
+      result.push_back({cell.x, cell.y, cell.z, sheets.corners[k]});
     done = i + 1;
   }
   if (done == 0) return cells;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The sheets of the surface in a cell, each of which has a vertex of its own (spec codec 5.5). A sheet is a Cell:
-// that of the grid, with the signs that its corners would have if there were no other.
+// The sheets of the surface in a cell, each of which has a vertex of its own (spec codec 5.5). A sheet is a
+// Cell: that of the grid, with the signs that its corners would have if there were no other.
 #pragma once
 
 #include <isoreel/codec/cell.h>
@@ -26,8 +26,8 @@ std::vector<Cell> uniteSheets(std::span<const Cell> sheets);
 /// node in common with it, is joined to or faces (spec codec 11.1).
 std::uint32_t facingSheet(std::span<const Cell> sheets, std::uint32_t first, const Cell& sheet);
 
-/// What the nodes from -1 to 2 around a cell, as Surroundings::signs has them, would be if there were but this
-/// sheet in it (spec codec 11.1).
+/// What the nodes from -1 to 2 around a cell, as Surroundings::signs has them, would be if there were but
+/// this sheet in it (spec codec 11.1).
 std::uint64_t signsAround(std::uint64_t signs, const Cell& sheet);
 
 }  // namespace isoreel

@@ -138,7 +138,8 @@ void Surroundings::build(std::span<const Cell> cells, const CellIndex& index) {
     nodes.clear();
     halo.gather(index, bricks_[number]);
     halo.forEach([&](std::size_t slot, std::uint32_t place) { nodes.add(slot, cells[place].corners); });
-    halo.forEachRepeated([&](std::size_t slot, std::uint32_t place) { nodes.add(slot, signsOf(cells, place)); });
+    halo.forEachRepeated(
+        [&](std::size_t slot, std::uint32_t place) { nodes.add(slot, signsOf(cells, place)); });
     nodes.extend();
     for (std::size_t k = 0; k < 2; ++k) {
       if (colours[k].links.size() < used[k] + 14 * 64) colours[k].links.resize(2 * used[k] + 14 * 64);

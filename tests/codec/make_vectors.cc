@@ -143,8 +143,9 @@ void rejectAll(Vectors& vectors) {
     change(parts, parts.sections.back());
     return made::joined(parts);
   };
-  vectors.reject("main_tools", "tools 16 is above 15",
-                 mainWith([](made::Parts& p, Bytes&) { made::changeRecord(p.header.configuration, 10, 16); }));
+  vectors.reject("main_tools", "tools 16 is above 15", mainWith([](made::Parts& p, Bytes&) {
+                   made::changeRecord(p.header.configuration, 10, 16);
+                 }));
   vectors.reject("main_vertices_too_short", "vertices: end too early",
                  mainWith([](made::Parts&, Bytes& v) { v.resize(40); }));
   vectors.reject("main_vertices_left_over", "vertices: not used to their end",

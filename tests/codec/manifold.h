@@ -10,8 +10,8 @@
 
 namespace isoreel::made {
 
-/// Empty when each edge has one quad, or two that run along it in opposite directions, and the quads of each vertex
-/// are one fan; else where that is not so. Counts edges that have one quad.
+/// Empty when each edge has one quad, or two that run along it in opposite directions, and the quads of each
+/// vertex are one fan; else where that is not so. Counts edges that have one quad.
 inline std::string manifoldFault(const std::vector<Quad>& quads, std::size_t* border = nullptr) {
   struct Corner {
     std::uint32_t vertex, next, before;  // in its quad
@@ -20,11 +20,13 @@ inline std::string manifoldFault(const std::vector<Quad>& quads, std::size_t* bo
   for (const Quad& quad : quads) {
     for (std::size_t k = 0; k < 4; ++k) corners.push_back({quad[k], quad[(k + 1) % 4], quad[(k + 3) % 4]});
   }
-  std::sort(corners.begin(), corners.end(),
-            [](const Corner& a, const Corner& b) { return std::pair(a.vertex, a.next) < std::pair(b.vertex, b.next); });
+  std::sort(corners.begin(), corners.end(), [](const Corner& a, const Corner& b) {
+    return std::pair(a.vertex, a.next) < std::pair(b.vertex, b.next);
+  });
   std::size_t open = 0;
   for (auto fan = corners.begin(); fan != corners.end();) {
-    const auto end = std::find_if(fan, corners.end(), [&](const Corner& c) { return c.vertex != fan->vertex; });
+    const auto end =
+        std::find_if(fan, corners.end(), [&](const Corner& c) { return c.vertex != fan->vertex; });
     const std::string place = "vertex " + std::to_string(fan->vertex);
     // From quad to quad across edges, from the one that has none before it if there is one.
     auto start = fan;

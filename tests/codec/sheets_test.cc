@@ -21,7 +21,7 @@ struct Signs {
   std::vector<bool> inside;
 
   Signs(int nx, int ny, int nz, bool fill)
-      : nodes{nx, ny, nz}, inside(static_cast<std::size_t>(nx) * ny * nz, fill) {}
+      : nodes{nx, ny, nz}, inside(static_cast<std::size_t>(nx * ny * nz), fill) {}
   std::vector<bool>::reference at(int x, int y, int z) {
     return inside[static_cast<std::size_t>(x + nodes[0] * (y + nodes[1] * z))];
   }
@@ -31,10 +31,11 @@ struct Signs {
       for (int y = 0; y + 1 < nodes[1]; ++y) {
         for (int x = 0; x + 1 < nodes[0]; ++x) {
           std::uint32_t corners = 0;
-          for (int j = 0; j < 8; ++j) corners |= std::uint32_t{at(x + (j & 1), y + (j >> 1 & 1), z + (j >> 2))} << j;
+          for (int j = 0; j < 8; ++j)
+            corners |= std::uint32_t{at(x + (j & 1), y + (j >> 1 & 1), z + (j >> 2))} << j;
           if (corners != 0 && corners != 255) {
-            result.push_back({static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y), static_cast<std::uint16_t>(z),
-                              static_cast<std::uint8_t>(corners)});
+            result.push_back({static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y),
+                              static_cast<std::uint16_t>(z), static_cast<std::uint8_t>(corners)});
           }
         }
       }
@@ -61,20 +62,26 @@ std::uint32_t changingEdges(std::uint32_t corners) {
   std::uint32_t edges = 0;
   for (std::uint32_t j = 0; j < 8; ++j) {
     for (std::uint32_t axis = 0; axis < 3; ++axis) {
-      if ((j >> axis & 1) == 0 && (corners >> j & 1) != (corners >> (j | 1u << axis) & 1)) edges |= 1u << (3 * j + axis);
+      if ((j >> axis & 1) == 0 && (corners >> j & 1) != (corners >> (j | 1u << axis) & 1))
+        edges |= 1u << (3 * j + axis);
     }
   }
   return edges;
 }
 
-/// The sets of edges that the surface's curves on the faces of a cell join, by following them from face to face. On
-/// an ambiguous face they go around the inside corners, on the face `turned` around the outside ones.
+/// The sets of edges that the surface's curves on the faces of a cell join, by following them from face to
+/// face. On an ambiguous face they go around the inside corners, on the face `turned` around the outside
+/// ones.
 std::set<std::uint32_t> tracedLoops(std::uint32_t corners, std::uint32_t turned) {
   std::vector<std::uint32_t> loops;
-  for (std::uint32_t left = changingEdges(corners); left != 0; left &= left - 1) loops.push_back(left & (0 - left));
+  for (std::uint32_t left = changingEdges(corners); left != 0; left &= left - 1)
+    loops.push_back(left & (0 - left));
   const auto join = [&](std::uint32_t a, std::uint32_t b) {
-    const auto holds = [](std::uint32_t edge) { return [edge](std::uint32_t loop) { return (loop & edge) != 0; }; };
-    const auto first = std::find_if(loops.begin(), loops.end(), holds(a)), second = std::find_if(loops.begin(), loops.end(), holds(b));
+    const auto holds = [](std::uint32_t edge) {
+      return [edge](std::uint32_t loop) { return (loop & edge) != 0; };
+    };
+    const auto first = std::find_if(loops.begin(), loops.end(), holds(a)),
+               second = std::find_if(loops.begin(), loops.end(), holds(b));
     if (first == second) return;
     *first |= *second;
     loops.erase(second);
@@ -83,7 +90,8 @@ std::set<std::uint32_t> tracedLoops(std::uint32_t corners, std::uint32_t turned)
     const std::uint32_t axis = face / 2, u = (axis + 1) % 3, v = (axis + 2) % 3;
     const std::uint32_t base = face % 2 << axis;
     const std::array<std::uint32_t, 4> ring{base, base | 1u << u, base | 1u << u | 1u << v, base | 1u << v};
-    const std::array<std::uint32_t, 4> edges{1u << (3 * ring[0] + u), 1u << (3 * ring[1] + v), 1u << (3 * ring[3] + u),
+    const std::array<std::uint32_t, 4> edges{1u << (3 * ring[0] + u), 1u << (3 * ring[1] + v),
+                                             1u << (3 * ring[3] + u),
                                              1u << (3 * ring[0] + v)};  // from ring[k] to ring[k + 1]
     std::uint32_t changing = 0;
     for (const std::uint32_t edge : edges) changing |= edge & changingEdges(corners);
@@ -102,7 +110,8 @@ TEST(Sheets, AreTheCurvesOnTheFacesOfACell) {
     for (const bool alone : {false, true}) {  // in the middle of outside nodes; and a grid of one cell
       const int low = alone ? 0 : 1, side = alone ? 2 : 4;
       Signs signs(side, side, side, false);
-      for (int j = 0; j < 8; ++j) signs.at(low + (j & 1), low + (j >> 1 & 1), low + (j >> 2)) = (corners >> j & 1) != 0;
+      for (int j = 0; j < 8; ++j)
+        signs.at(low + (j & 1), low + (j >> 1 & 1), low + (j >> 2)) = (corners >> j & 1) != 0;
       std::set<std::uint32_t> found;
       std::vector<std::uint8_t> order;
       for (const Cell& sheet : sheetsOf(signs.cells())) {
@@ -155,7 +164,8 @@ TEST(Manifold, ForAllSignsOfTwoNeighbours) {
   for (std::uint32_t pattern = 0; pattern < 4096; ++pattern) {
     for (const int around : {0, 1, 2}) {  // all outside, all inside, or either
       Signs signs(5, 4, 4, around == 1);
-      for (std::size_t i = 0; around == 2 && i < signs.inside.size(); ++i) signs.inside[i] = random() % 2 != 0;
+      for (std::size_t i = 0; around == 2 && i < signs.inside.size(); ++i)
+        signs.inside[i] = random() % 2 != 0;
       for (int j = 0; j < 12; ++j) signs.at(1 + j % 3, 1 + j / 3 % 2, 1 + j / 6) = (pattern >> j & 1) != 0;
       const std::vector<Quad> quads = quadsOf(sheetsOf(signs.cells()));
       ASSERT_EQ(made::manifoldFault(quads, &open), "") << pattern << " " << around;
@@ -171,7 +181,7 @@ TEST(Manifold, ForRandomSignsAtBordersToo) {
   std::size_t without = 0;
   for (int trial = 0; trial < 300; ++trial) {
     Signs signs(3 + trial % 7, 3 + trial / 2 % 5, 3 + trial / 3 % 4, false);
-    const std::uint32_t rarity = 2 + trial % 3;
+    const auto rarity = static_cast<std::uint32_t>(2 + trial % 3);
     for (std::size_t i = 0; i < signs.inside.size(); ++i) signs.inside[i] = random() % rarity == 0;
     const std::vector<Cell> cells = signs.cells(), sheets = sheetsOf(cells);
     const std::vector<Quad> quads = quadsOf(sheets);
@@ -211,7 +221,8 @@ TEST(Surroundings, OfSheetsAreJoined) {
   for (std::uint32_t i = 0; i < sheets.size(); ++i) {
     for (const std::uint32_t other : around.across[i]) {
       if (other == i) continue;
-      const std::array<int, 3> at{sheets[i].x, sheets[i].y, sheets[i].z}, to{sheets[other].x, sheets[other].y, sheets[other].z};
+      const std::array<int, 3> at{sheets[i].x, sheets[i].y, sheets[i].z},
+          to{sheets[other].x, sheets[other].y, sheets[other].z};
       // An edge of the mesh, but at the grid's border, where it may have no quads.
       int on_border = 0;
       for (std::size_t k = 0; k < 3; ++k) on_border += at[k] == to[k] && (at[k] == 0 || at[k] == 7);
