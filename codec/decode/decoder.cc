@@ -78,21 +78,13 @@ Status leftOver(const char* what, std::uint32_t level) {
                                    ": not used to their end (spec codec 6.2)"};
 }
 
-/// The sheets of active cells; `index`, of the cells, becomes theirs.
-std::vector<Cell> verticesOf(std::vector<Cell> cells, CellIndex& index) {
-  const std::size_t count = cells.size();
-  cells = splitSheets(std::move(cells), index);
-  if (cells.size() != count) index.build(cells);
-  return cells;
-}
-
 /// The surface of one octree level from its signs alone: coarser cells are larger, and what lies outside the
 /// grid is moved to its border.
 Surface surfaceFromSigns(std::vector<Cell> cells, const Grid& grid, std::uint32_t shift, bool sheets) {
   std::erase_if(cells, [](const Cell& cell) { return !isActive(cell); });
   CellIndex index;
   index.build(cells);
-  if (sheets) cells = verticesOf(std::move(cells), index);
+  if (sheets) cells = splitSheets(std::move(cells), index);
   Surface surface;
   surface.grid = grid;
   surface.vertices.resize(cells.size());
@@ -262,7 +254,7 @@ Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
 
   std::vector<Cell> cells = tree.takeCells();  // of the deepest level: all active
   state.index.build(cells);
-  if (sheets) cells = verticesOf(std::move(cells), state.index);
+  if (sheets) cells = splitSheets(std::move(cells), state.index);
   if (cells.size() != header.vertices) return counts("vertices", cells.size(), header.vertices);
   const ResidualSteps steps{static_cast<std::int32_t>(header.step),
                             static_cast<std::int32_t>(header.tangential_step)};

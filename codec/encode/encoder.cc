@@ -168,7 +168,8 @@ Result<Packet> Encoder::State::code(const Volume* volume, const SignBitmap& bitm
                                     const FrameTiming& timing, PacketSizes* sizes) {
   const Grid& grid = settings.configuration.grid;
   CellIndex index;
-  index.build(cells);
+  index.build(active);
+  index.repeat(cells);
   PacketHeader header;
   header.number = timing.number;
   header.time = timing.time;

@@ -16,6 +16,7 @@
 namespace isoreel {
 
 inline bool isActive(const Cell& cell) { return cell.corners != 0 && cell.corners != 0xFF; }
+inline bool sameCell(const Cell& a, const Cell& b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
 
 /// Finds cells by coordinates, in a list that is in Morton order: the cells of an aligned 4×4×4 brick are
 /// neighbours in the list, so a bit mask and one number a brick are enough. A cell may be in the list up to
@@ -40,6 +41,8 @@ class CellIndex {
 
   /// `cells` in Morton order; not kept.
   void build(std::span<const Cell> cells);
+  /// From the list that it is of to one with the same cells, some of them several times.
+  void repeat(std::span<const Cell> cells);
   /// Place of the cell in the list, the first if it has several, or kNone. Coordinates from -1 to 65536.
   std::uint32_t find(std::int32_t x, std::int32_t y, std::int32_t z) const {
     const std::uint32_t number = map_.find(x >> 2, y >> 2, z >> 2);

@@ -114,9 +114,9 @@ constexpr bool hasEdgeOff(std::uint32_t faces, std::uint32_t sheet) {
 }
 
 /// The sheets where these faces are at the grid's border, two of them side by side. The border may cut a
-/// sheet into two, each with quads of its own; then so does the edge that these faces share.
-Sheets sheetsAtBorder(std::uint32_t corners, std::uint32_t turned, std::uint32_t faces) {
-  const Sheets whole = sheetsOf(corners, turned);
+/// sheet into two, each with quads of its own; then so does the edge that these faces share. `whole`:
+/// sheetsOf() the corners.
+Sheets sheetsAtBorder(std::uint32_t corners, std::uint32_t turned, std::uint32_t faces, const Sheets& whole) {
   for (std::uint32_t j = 0; j < 8; ++j) {
     for (std::uint32_t axis = 0; axis < 3; ++axis) {
       const std::uint32_t other = j | 1u << axis, ends = bitOf(j) | bitOf(other);
@@ -154,7 +154,7 @@ Tables makeTables() {
       if ((reached(jointsOf(corners, kNoFace, 0), pair & (0 - pair)) & pair) == pair) doubtful = face;
     }
     tables.doubtful[corners] = static_cast<std::uint8_t>(doubtful);
-    tables.turned[corners] = sheetsOf(corners, doubtful);
+    tables.turned[corners] = doubtful == kNoFace ? tables.plain[corners] : sheetsOf(corners, doubtful);
     for (std::uint32_t face = 0; face < 6; ++face) {
       const std::uint32_t on_face = cornersOn(face);
       if ((corners & on_face) != 0 && (corners & on_face) != on_face)
@@ -162,7 +162,7 @@ Tables makeTables() {
     }
     for (std::uint32_t a = 0; a < 6; ++a) {
       for (std::uint32_t b = (a | 1) + 1; b < 6; ++b) {
-        const Sheets parts = sheetsAtBorder(corners, kNoFace, 1u << a | 1u << b);
+        const Sheets parts = sheetsAtBorder(corners, kNoFace, 1u << a | 1u << b, tables.plain[corners]);
         tables.cut[corners] = tables.cut[corners] || parts.count > tables.plain[corners].count;
       }
     }
@@ -192,7 +192,7 @@ Sheets sheetsAmong(const Tables& tables, std::span<const Cell> cells, const Cell
     if ((tables.mixed[cell.corners] >> face & 1) != 0 && across(face) == CellIndex::kNone)
       border |= 1u << face;
   }
-  return (border & (border - 1)) == 0 ? result : sheetsAtBorder(cell.corners, turned, border);
+  return (border & (border - 1)) == 0 ? result : sheetsAtBorder(cell.corners, turned, border, result);
 }
 
 /// By axes, one bit each: the corners that are high along none of them.
@@ -218,7 +218,7 @@ int differences(const Cell& a, const Cell& b) {
 
 }  // namespace
 
-std::vector<Cell> splitSheets(std::vector<Cell> cells, const CellIndex& index) {
+std::vector<Cell> splitSheets(std::vector<Cell> cells, CellIndex& index) {
   static const Tables tables = makeTables();
   std::vector<Cell> result;
   std::size_t done = 0;
@@ -239,6 +239,7 @@ std::vector<Cell> splitSheets(std::vector<Cell> cells, const CellIndex& index) {
   }
   if (done == 0) return cells;
   append(cells.size());
+  index.repeat(result);
   return result;
 }
 

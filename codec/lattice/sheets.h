@@ -12,10 +12,9 @@
 
 namespace isoreel {
 
-/// The sheets of active cells, in the order of the cells, which are in Morton order. `index`: of the cells.
-std::vector<Cell> splitSheets(std::vector<Cell> cells, const CellIndex& index);
-
-inline bool sameCell(const Cell& a, const Cell& b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
+/// The sheets of active cells, in the order of the cells, which are in Morton order. `index`: of the cells;
+/// becomes that of the sheets.
+std::vector<Cell> splitSheets(std::vector<Cell> cells, CellIndex& index);
 
 /// The signs of the corners of the cell whose first sheet is at `first` in a list of sheets.
 std::uint8_t signsOf(std::span<const Cell> sheets, std::size_t first);

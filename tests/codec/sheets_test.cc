@@ -51,11 +51,14 @@ std::vector<Cell> sheetsOf(const std::vector<Cell>& cells) {
   return splitSheets(cells, index);
 }
 
-std::vector<Quad> quadsOf(const std::vector<Cell>& sheets) {
+CellIndex indexOf(const std::vector<Cell>& sheets) {
   CellIndex index;
-  index.build(sheets);
-  return dualQuads(sheets, index);
+  index.build(uniteSheets(sheets));
+  index.repeat(sheets);
+  return index;
 }
+
+std::vector<Quad> quadsOf(const std::vector<Cell>& sheets) { return dualQuads(sheets, indexOf(sheets)); }
 
 /// Edges of a cell that change sign: bit 3 j + axis for that from corner j up along an axis.
 std::uint32_t changingEdges(std::uint32_t corners) {
@@ -147,8 +150,7 @@ TEST(Sheets, GiveTheCellsBack) {
       EXPECT_TRUE(sameCell(again[i], cells[i]));
       EXPECT_EQ(again[i].corners, cells[i].corners);
     }
-    CellIndex index;
-    index.build(sheets);
+    const CellIndex index = indexOf(sheets);
     for (std::uint32_t i = 0; i < sheets.size(); ++i) {
       if (i == 0 || !sameCell(sheets[i - 1], sheets[i])) {
         EXPECT_EQ(index.find(sheets[i].x, sheets[i].y, sheets[i].z), i);
@@ -206,8 +208,7 @@ TEST(Surroundings, OfSheetsAreJoined) {
   Signs signs(9, 9, 9, false);
   for (std::size_t i = 0; i < signs.inside.size(); ++i) signs.inside[i] = random() % 2 != 0;
   const std::vector<Cell> sheets = sheetsOf(signs.cells());
-  CellIndex index;
-  index.build(sheets);
+  const CellIndex index = indexOf(sheets);
   Surroundings around;
   around.build(sheets, index);
   std::set<std::pair<std::uint32_t, std::uint32_t>> edges;

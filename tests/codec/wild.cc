@@ -27,7 +27,6 @@ struct Extracted {
         active(bitmap.activeCells(serialFor)) {
     index.build(active);
     cells = main ? splitSheets(active, index) : active;
-    index.build(cells);
     vertices = placeVertices(made.volume, made.isovalue, cells, VertexPlacement::kQef, serialFor);
   }
   FrameInput input(const Grid& grid, const ResidualSteps& steps) const {
