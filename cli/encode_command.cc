@@ -232,6 +232,7 @@ EncoderSettings settingsOf(const EncodeOptions& options, const EncodeJob& job) {
   for (const std::string& tool : options.without) {
     if (tool == "neighbours") settings.heights.neighbours = false;
     if (tool == "signs") settings.heights.mixed_signs = false;
+    if (tool == "sheets") settings.heights.sheets = false;
     if (tool == "fit") settings.heights.fit_triangles = false;
     if (tool == "rate") settings.heights.weigh_rate = false;
   }
@@ -410,8 +411,8 @@ void addEncodeCommand(CLI::App& app, Action& chosen) {
       ->type_name("fast|default|best");
   verb->add_option(
           "--without", options->without,
-          "Leave out tools of profile main, to see what they are worth: neighbours, signs, fit, rate")
-      ->check(CLI::IsMember({"neighbours", "signs", "fit", "rate"}))
+          "Leave out tools of profile main, to see what they are worth: neighbours, signs, sheets, fit, rate")
+      ->check(CLI::IsMember({"neighbours", "signs", "sheets", "fit", "rate"}))
       ->delimiter(',')
       ->default_str("");
   verb->add_option_function<std::string>(

@@ -21,6 +21,7 @@ Result<Encoder> encoderLike(ByteSpan key, std::uint64_t frames) {
   settings.configuration.step = header.step;
   settings.heights.neighbours = (settings.configuration.tools & kToolNeighbours) != 0;
   settings.heights.mixed_signs = (settings.configuration.tools & kToolMixedSigns) != 0;
+  settings.heights.sheets = (settings.configuration.tools & kToolSheets) != 0;
   settings.frame_types =
       (settings.configuration.tools & kToolPrediction) != 0 ? FrameTypes::kAuto : FrameTypes::kIntra;
   settings.gop = static_cast<std::uint32_t>(std::clamp<std::uint64_t>(frames, 2, 1 << 20));

@@ -9,6 +9,7 @@
 #include "intra/height_stream.h"
 #include "intra/sign_tree.h"
 #include "lattice/dual_mesh.h"
+#include "lattice/sheets.h"
 
 namespace isoreel {
 namespace {
@@ -79,8 +80,11 @@ Status leftOver(const char* what, std::uint32_t level) {
 
 /// The surface of one octree level from its signs alone: coarser cells are larger, and what lies outside the
 /// grid is moved to its border.
-Surface surfaceFromSigns(std::vector<Cell> cells, const Grid& grid, std::uint32_t shift) {
+Surface surfaceFromSigns(std::vector<Cell> cells, const Grid& grid, std::uint32_t shift, bool sheets) {
   std::erase_if(cells, [](const Cell& cell) { return !isActive(cell); });
+  CellIndex index;
+  index.build(cells);
+  if (sheets) cells = splitSheets(std::move(cells), index);
   Surface surface;
   surface.grid = grid;
   surface.vertices.resize(cells.size());
@@ -93,8 +97,6 @@ Surface surfaceFromSigns(std::vector<Cell> cells, const Grid& grid, std::uint32_
           std::min<std::int64_t>(position, std::int64_t{grid.nodes[axis] - 1} * kCell));
     }
   }
-  CellIndex index;
-  index.build(cells);
   surface.quads = dualQuads(cells, index);
   return surface;
 }
@@ -203,6 +205,7 @@ Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
   const std::uint32_t depth = tree.depth();
   const std::uint32_t wanted = std::min(options.level.value_or(depth), depth);
   // Where P packets may follow, the rest is decoded too: they go on from it.
+  const bool sheets = (configuration.tools & kToolSheets) != 0;
   const bool goes_on = (configuration.tools & kToolPrediction) != 0 && !options.allow_prefix;
   const bool predicted = header.type == PacketType::kPredicted;
   const ReferenceField& field = state.reference.field();
@@ -226,7 +229,7 @@ Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
       if (!sign_bytes || !leaf_bytes || level > most) {
         if (level == 0)
           return {ErrorCode::kTruncated, "packet: cut before its first level is whole (spec codec 3.2)"};
-        return surfaceFromSigns(tree.takeCells(), grid, depth - level + 1);
+        return surfaceFromSigns(tree.takeCells(), grid, depth - level + 1, sheets);
       }
       RangeGet signs(*sign_bytes), leaves(*leaf_bytes);
       if (level == 0) {
@@ -239,18 +242,20 @@ Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
       }
       if (!signs.finished()) return leftOver("corner signs", level);
       if (!leaves.finished()) return leftOver("leaf bits", level);
-      if (level == wanted && level < depth) coarse = surfaceFromSigns(tree.cells(), grid, depth - level);
+      if (level == wanted && level < depth)
+        coarse = surfaceFromSigns(tree.cells(), grid, depth - level, sheets);
     }
     if (predicted && motion_bytes && level == part.blockLevel())
       ISOREEL_TRY(part.decodeMotion(tree.cells(), state.models, configuration.profile));
   }
   if (coarse && !goes_on) return *std::move(coarse);
   const auto vertex_bytes = payload.section(SectionKind::kVertices, 0);
-  if (!motion_bytes || !vertex_bytes) return surfaceFromSigns(tree.takeCells(), grid, 0);
+  if (!motion_bytes || !vertex_bytes) return surfaceFromSigns(tree.takeCells(), grid, 0, sheets);
 
   std::vector<Cell> cells = tree.takeCells();  // of the deepest level: all active
-  if (cells.size() != header.vertices) return counts("active cells", cells.size(), header.vertices);
   state.index.build(cells);
+  if (sheets) cells = splitSheets(std::move(cells), state.index);
+  if (cells.size() != header.vertices) return counts("vertices", cells.size(), header.vertices);
   const ResidualSteps steps{static_cast<std::int32_t>(header.step),
                             static_cast<std::int32_t>(header.tangential_step)};
   Surface surface;

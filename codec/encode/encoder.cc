@@ -9,6 +9,7 @@
 #include "encode/height_coder.h"
 #include "extract/dual_contouring.h"
 #include "lattice/dual_mesh.h"
+#include "lattice/sheets.h"
 #include "syntax/packet.h"
 
 namespace isoreel {
@@ -70,10 +71,18 @@ struct Encoder::State {
   double intra_rate = 0;  // bytes a vertex of the frame that was coded by itself last
   HeightFrame heights;
 
-  /// `vertices` in their cells. `volume`: what they are from; null when that is not known.
-  Result<Packet> code(const Volume* volume, const SignBitmap& bitmap, std::span<const Cell> cells,
-                      std::span<const std::array<std::int32_t, 3>> vertices, const FrameTiming& timing,
-                      PacketSizes* sizes);
+  /// The vertices' cells: the active ones, or their sheets.
+  std::vector<Cell> verticesOf(std::span<const Cell> active) const {
+    std::vector<Cell> cells(active.begin(), active.end());
+    if ((settings.configuration.tools & kToolSheets) == 0) return cells;
+    CellIndex index;
+    index.build(active);
+    return splitSheets(std::move(cells), index);
+  }
+  /// `cells`: as above; `vertices` in them. `volume`: what they are from; null when that is not known.
+  Result<Packet> code(const Volume* volume, const SignBitmap& bitmap, std::span<const Cell> active,
+                      std::span<const Cell> cells, std::span<const std::array<std::int32_t, 3>> vertices,
+                      const FrameTiming& timing, PacketSizes* sizes);
 };
 
 void usePreset(Preset preset, EncoderSettings& settings) {
@@ -98,7 +107,8 @@ Result<Encoder> Encoder::create(EncoderSettings settings) {
   const bool main = settings.configuration.profile == Profile::kMain;
   settings.configuration.tools = (predicts ? kToolPrediction : 0) |
                                  (main && settings.heights.neighbours ? kToolNeighbours : 0) |
-                                 (main && settings.heights.mixed_signs ? kToolMixedSigns : 0);
+                                 (main && settings.heights.mixed_signs ? kToolMixedSigns : 0) |
+                                 (main && settings.heights.sheets ? kToolSheets : 0);
   ISOREEL_ASSIGN(Bytes record, writeConfiguration(settings.configuration));
   auto state = std::make_unique<State>();
   state->settings = std::move(settings);
@@ -124,11 +134,11 @@ Result<Packet> Encoder::encode(const Volume& volume, const FrameTiming& timing, 
   ISOREEL_ASSIGN(const SignBitmap bitmap,
                  SignBitmap::make(volume, timing.isovalue, settings.configuration.inside, settings.non_finite,
                                   settings.parallel));
-  const std::vector<Cell> cells = bitmap.activeCells(settings.parallel);
+  const std::vector<Cell> active = bitmap.activeCells(settings.parallel), cells = state_->verticesOf(active);
   if (cells.size() > 0xFFFFFFFFu / 4)
     return {ErrorCode::kLimit, "the surface has more than 2^30 vertices (spec codec 3.1)"};
   const auto vertices = placeVertices(volume, timing.isovalue, cells, settings.placement, settings.parallel);
-  return state_->code(&volume, bitmap, cells, vertices, timing, sizes);
+  return state_->code(&volume, bitmap, active, cells, vertices, timing, sizes);
 }
 
 Result<Packet> Encoder::encodeAgain(const Surface& surface, std::span<const Cell> cells, bool filled,
@@ -150,20 +160,29 @@ Result<Packet> Encoder::encodeAgain(const Surface& surface, std::span<const Cell
       }
     }
   }
-  ISOREEL_ASSIGN(Packet packet, state_->code(nullptr, SignBitmap::fromCells(grid.nodes, cells, filled), cells,
-                                             vertices, timing, sizes));
+  const std::vector<Cell> active = uniteSheets(cells);
+  const std::vector<Cell> ours = state_->verticesOf(active);
+  if (!std::equal(ours.begin(), ours.end(), cells.begin(), cells.end(),
+                  [](const Cell& a, const Cell& b) { return sameCell(a, b) && a.corners == b.corners; })) {
+    return {ErrorCode::kInvalidArgument,
+            "frame " + std::to_string(timing.number) +
+                ": its vertices are not those of the cells, or of their sheets (spec codec 5.5)"};
+  }
+  ISOREEL_ASSIGN(Packet packet, state_->code(nullptr, SignBitmap::fromCells(grid.nodes, active, filled),
+                                             active, cells, vertices, timing, sizes));
   packet.header.error_kind = ErrorKind::kNone;  // what the surface was made from is not known here
   packet.header.error_rms = packet.header.error_max = 0;
   return packet;
 }
 
 Result<Packet> Encoder::State::code(const Volume* volume, const SignBitmap& bitmap,
-                                    std::span<const Cell> cells,
+                                    std::span<const Cell> active, std::span<const Cell> cells,
                                     std::span<const std::array<std::int32_t, 3>> vertices,
                                     const FrameTiming& timing, PacketSizes* sizes) {
   const Grid& grid = settings.configuration.grid;
   CellIndex index;
-  index.build(cells);
+  index.build(active);
+  index.repeat(cells);
   PacketHeader header;
   header.number = timing.number;
   header.time = timing.time;
@@ -177,12 +196,16 @@ Result<Packet> Encoder::State::code(const Volume* volume, const SignBitmap& bitm
   header.vertices = static_cast<std::uint32_t>(cells.size());
 
   const FrameInput input{
-      grid,     bitmap,
-      cells,    index,
-      vertices, {static_cast<std::int32_t>(header.step), static_cast<std::int32_t>(header.tangential_step)}};
+      grid,
+      bitmap,
+      active,
+      cells,
+      index,
+      vertices,
+      {static_cast<std::int32_t>(header.step), static_cast<std::int32_t>(header.tangential_step)}};
   std::optional<VolumeField> field;
   if (main && volume != nullptr)
-    field.emplace(*volume, timing.isovalue, settings.configuration.inside, cells);
+    field.emplace(*volume, timing.isovalue, settings.configuration.inside, active);
   std::optional<HeightCoder> coder;
   if (main)
     coder.emplace(input, field ? &*field : nullptr, settings.configuration.tools, settings.heights,

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "encode/facts.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <numeric>
 
+#include "lattice/sheets.h"
 #include "lattice/triangulate.h"
 
 namespace isoreel {
@@ -57,18 +59,19 @@ void measureSurface(const Surface& surface, std::span<const Cell> cells, double 
   header.volume = (inside_cells + insideCorrection(surface, cells)) * cellVolume(surface.grid);
   header.surface_hash = surfaceHash(surface);
 
-  // Edges of the mesh join cells that share a face: bit a of a vertex marks its edge towards the cell one
-  // lower along a.
-  std::vector<std::uint8_t> edges(surface.vertices.size(), 0);
+  // Edges of the mesh join cells that share a face: bit a + 3 n of a vertex marks its edge towards sheet n of
+  // the cell one lower along a.
+  std::vector<std::uint16_t> edges(surface.vertices.size(), 0);
   std::vector<bool> used(surface.vertices.size(), false);
   std::vector<std::uint32_t> parents(surface.vertices.size());
   std::iota(parents.begin(), parents.end(), 0u);
   for (const Quad& quad : surface.quads) {
     for (std::size_t k = 0; k < 4; ++k) {
       const std::uint32_t a = quad[k], b = quad[(k + 1) % 4];
-      const std::size_t axis = cells[a].x != cells[b].x ? 0 : cells[a].y != cells[b].y ? 1 : 2;
-      const std::uint32_t high = std::max(a, b);  // Morton order: the higher cell comes later
-      edges[high] = static_cast<std::uint8_t>(edges[high] | 1u << axis);
+      std::size_t bit = cells[a].x != cells[b].x ? 0 : cells[a].y != cells[b].y ? 1 : 2;
+      const auto [low, high] = std::minmax(a, b);  // Morton order: the higher cell comes later
+      for (std::uint32_t i = low; i > 0 && sameCell(cells[i - 1], cells[low]); --i) bit += 3;
+      edges[high] = static_cast<std::uint16_t>(edges[high] | 1u << bit);
       used[a] = true;
       parents[root(parents, a)] = root(parents, b);
     }

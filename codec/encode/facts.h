@@ -11,7 +11,7 @@
 namespace isoreel {
 
 /// Fills counts, box, area, components, Euler characteristic and hash of a frame header from its decoded
-/// surface (spec container 4.1). `cells` are those of the vertices; `inside_cells` as
+/// surface (spec container 4.1). `cells` are those of the vertices, or their sheets; `inside_cells` as
 /// SignBitmap::insideCells().
 void measureSurface(const Surface& surface, std::span<const Cell> cells, double inside_cells,
                     FrameHeader& header);

@@ -15,8 +15,9 @@ namespace isoreel {
 struct FrameInput {
   const Grid& grid;
   const SignBitmap& bitmap;
-  std::span<const Cell> cells;
-  const CellIndex& index;                                 // of the cells
+  std::span<const Cell> active;                           // cells
+  std::span<const Cell> cells;                            // the vertices': these, or their sheets
+  const CellIndex& index;                                 // of the vertices' cells
   std::span<const std::array<std::int32_t, 3>> vertices;  // in their cells, 1/16384 from corner 0
   ResidualSteps steps;
 };

@@ -27,8 +27,8 @@ void addSection(CodedFrame& coded, SectionKind kind, std::uint32_t level, Write 
 class SignWriter {
  public:
   SignWriter(const FrameInput& frame, CodedFrame& coded)
-      : octree_(frame.cells, octreeDepth(frame.grid)),
-        tree_(frame.grid, OctreeTruth(frame.bitmap, octree_), frame.cells.size(), coded.models.signs),
+      : octree_(frame.active, octreeDepth(frame.grid)),
+        tree_(frame.grid, OctreeTruth(frame.bitmap, octree_), frame.active.size(), coded.models.signs),
         coded_(coded) {}
 
   std::uint32_t depth() const { return tree_.depth(); }

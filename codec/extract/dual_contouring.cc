@@ -106,8 +106,8 @@ std::array<std::int32_t, 3> placeVertex(const Volume& volume, double isovalue, c
       const double at_low = static_cast<double>(volume.at(low[0], low[1], low[2]));
       const double at_high = static_cast<double>(volume.at(high[0], high[1], high[2]));
       double t = (isovalue - at_low) / (at_high - at_low);
+      if (t < 0 || t > 1) continue;  // an edge where the grid's border cuts a sheet (spec codec 5.5)
       if (!std::isfinite(t) || !std::isfinite(at_low) || !std::isfinite(at_high)) t = 0.5;
-      t = std::clamp(t, 0.0, 1.0);
       Vector3d point(a & 1, a >> 1 & 1, a >> 2);
       point[static_cast<int>(axis)] = t;
       mass_point += point;

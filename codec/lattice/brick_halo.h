@@ -48,15 +48,23 @@ class BrickHalo {
   /// Fills the slots around a brick of `index`, whose neighbours are `around`.
   void gather(const CellIndex& index, const std::array<std::uint32_t, 27>& around) {
     places_.fill(CellIndex::kNone);
-    count_ = 0;
+    count_ = repeated_count_ = 0;
     // The brick in the middle first: all of its cells are there, one after the other.
     const CellIndex::Brick& middle = index.bricks()[around[13]];
-    std::uint32_t place = middle.first;
-    for (std::uint64_t cells = middle.mask; cells != 0; cells &= cells - 1)
-      put(kSlots[static_cast<std::size_t>(std::countr_zero(cells))], place++);
+    if (middle.repeats()) {
+      putRepeated(middle, 13);
+    } else {
+      std::uint32_t place = middle.first;
+      for (std::uint64_t cells = middle.mask; cells != 0; cells &= cells - 1)
+        put(kSlots[static_cast<std::size_t>(std::countr_zero(cells))], place++);
+    }
     for (std::size_t n = 0; n < 27; ++n) {
       if (around[n] == CellIndex::kNone || n == 13) continue;
       const CellIndex::Brick& other = index.bricks()[around[n]];
+      if (other.repeats()) {
+        putRepeated(other, n);
+        continue;
+      }
       for (std::uint64_t cells = other.mask & kReached[n]; cells != 0; cells &= cells - 1) {
         put(kSlots[static_cast<std::size_t>(std::countr_zero(cells))] + kBricks[n],
             other.first + countBits(other.mask & ((cells & (0 - cells)) - 1)));
@@ -65,16 +73,35 @@ class BrickHalo {
   }
   /// The place of the cell in a slot, or CellIndex::kNone.
   std::uint32_t operator[](std::size_t slot) const { return places_[slot]; }
-  /// Calls visit(slot, place) for each cell.
+  /// Calls visit(slot, place) for each cell that is in the list once.
   template <class Visit>
   void forEach(Visit visit) const {
     for (std::size_t i = 0; i < count_; ++i) visit(filled_[i], places_[filled_[i]]);
   }
+  /// The same for those that are there several times; `place` is the first.
+  template <class Visit>
+  void forEachRepeated(Visit visit) const {
+    for (std::size_t i = 0; i < repeated_count_; ++i) visit(repeated_[i], places_[repeated_[i]]);
+  }
+  bool repeats() const { return repeated_count_ > 0; }
 
  private:
   void put(int slot, std::uint32_t place) {
     places_[static_cast<std::size_t>(slot)] = place;
     filled_[count_++] = static_cast<std::uint8_t>(slot);
+  }
+  // The cells of the brick around with this number, some of which are repeated.
+  void putRepeated(const CellIndex::Brick& brick, std::size_t n) {
+    for (std::uint64_t cells = brick.mask & kReached[n]; cells != 0; cells &= cells - 1) {
+      const std::uint64_t bit = cells & (0 - cells);
+      const int slot = kSlots[static_cast<std::size_t>(std::countr_zero(cells))] + kBricks[n];
+      if ((brick.repeated[0] & bit) == 0) {
+        put(slot, CellIndex::place(brick, bit));
+      } else {
+        places_[static_cast<std::size_t>(slot)] = CellIndex::place(brick, bit);
+        repeated_[repeated_count_++] = static_cast<std::uint8_t>(slot);
+      }
+    }
   }
 
   // By bit of CellIndex::Brick::mask: the slot in the brick itself.
@@ -113,8 +140,8 @@ class BrickHalo {
   }();
 
   std::array<std::uint32_t, 216> places_;
-  std::array<std::uint8_t, 216> filled_;
-  std::size_t count_ = 0;
+  std::array<std::uint8_t, 216> filled_, repeated_;
+  std::size_t count_ = 0, repeated_count_ = 0;
 };
 
 }  // namespace isoreel

@@ -4,6 +4,7 @@
 
 #include <isoreel/codec/cell.h>
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -15,23 +16,34 @@
 namespace isoreel {
 
 inline bool isActive(const Cell& cell) { return cell.corners != 0 && cell.corners != 0xFF; }
+inline bool sameCell(const Cell& a, const Cell& b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
 
 /// Finds cells by coordinates, in a list that is in Morton order: the cells of an aligned 4×4×4 brick are
-/// neighbours in the list, so a bit mask and one number a brick are enough.
+/// neighbours in the list, so a bit mask and one number a brick are enough. A cell may be in the list up to
+/// four times, one after the other.
 class CellIndex {
  public:
   struct Brick {
-    std::uint64_t mask = 0;   // bit: Morton code of the cell inside the brick
-    std::uint64_t rows = 0;   // the same with bit x + 4y + 16z
+    std::uint64_t mask = 0;  // bit: Morton code of the cell inside the brick
+    std::uint64_t rows = 0;  // the same with bit x + 4y + 16z
+    // Cells that are there at least twice, three and four times, as in `mask`.
+    std::array<std::uint64_t, 3> repeated{};
     std::uint32_t first = 0;  // place of the brick's first cell
     std::uint32_t count = 0;
     std::int32_t x = 0, y = 0, z = 0;  // cell coordinates / 4
+
+    bool repeats() const { return repeated[0] != 0; }
+    std::uint32_t repetitions(std::uint64_t cells) const {
+      return countBits(repeated[0] & cells) + countBits(repeated[1] & cells) + countBits(repeated[2] & cells);
+    }
   };
   static constexpr std::uint32_t kNone = BrickMap::kNone;
 
   /// `cells` in Morton order; not kept.
   void build(std::span<const Cell> cells);
-  /// Place of the cell in the list, or kNone. Coordinates from -1 to 65536.
+  /// From the list that it is of to one with the same cells, some of them several times.
+  void repeat(std::span<const Cell> cells);
+  /// Place of the cell in the list, the first if it has several, or kNone. Coordinates from -1 to 65536.
   std::uint32_t find(std::int32_t x, std::int32_t y, std::int32_t z) const {
     const std::uint32_t number = map_.find(x >> 2, y >> 2, z >> 2);
     if (number == BrickMap::kNone) return kNone;
@@ -49,7 +61,8 @@ class CellIndex {
   }
   static std::uint32_t place(const Brick& brick, std::uint64_t bit) {
     if ((brick.mask & bit) == 0) return kNone;
-    return brick.first + countBits(brick.mask & (bit - 1));
+    const std::uint32_t place = brick.first + countBits(brick.mask & (bit - 1));
+    return brick.repeats() ? place + brick.repetitions(bit - 1) : place;
   }
 
  private:

@@ -3,6 +3,8 @@
 
 #include <bit>
 
+#include "lattice/sheets.h"
+
 namespace isoreel {
 namespace {
 
@@ -16,16 +18,19 @@ class Places {
   /// Where in the table the cell is that has this bit (by number) in CellIndex::Brick::mask.
   static std::size_t slot(int bit) { return kSlots[static_cast<std::size_t>(bit)]; }
 
-  void gather(const CellIndex& index, const CellIndex::Brick& brick) {
+  /// True when some of the cells are repeated.
+  bool gather(const CellIndex& index, const CellIndex::Brick& brick) {
     places_.fill(CellIndex::kNone);
-    std::uint32_t next = brick.first;
-    for (std::uint64_t mask = brick.mask; mask != 0; mask &= mask - 1)
-      places_[slot(std::countr_zero(mask))] = next++;
+    bool repeats = brick.repeats();
+    for (std::uint64_t mask = brick.mask, next = brick.first; mask != 0; mask &= mask - 1)
+      places_[slot(std::countr_zero(mask))] =
+          repeats ? CellIndex::place(brick, mask & (0 - mask)) : static_cast<std::uint32_t>(next++);
     for (int lower = 1; lower < 8; ++lower) {  // the axes along which the neighbour brick is lower
       const std::uint32_t number =
           index.brickAt(brick.x - (lower & 1), brick.y - (lower >> 1 & 1), brick.z - (lower >> 2));
       if (number == BrickMap::kNone) continue;
       const CellIndex::Brick& other = index.bricks()[number];
+      repeats = repeats || other.repeats();
       std::uint64_t mask = other.mask;
       std::size_t back = 0;
       for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -36,6 +41,7 @@ class Places {
       for (; mask != 0; mask &= mask - 1)
         places_[slot(std::countr_zero(mask)) - back] = CellIndex::place(other, mask & (0 - mask));
     }
+    return repeats;
   }
   std::uint32_t operator[](std::size_t slot) const { return places_[slot]; }
 
@@ -87,6 +93,17 @@ std::uint32_t whole(const Cell& cell) {
   return (cell.x == 0 ? 1u : 7u) & (cell.y == 0 ? 2u : 7u) & (cell.z == 0 ? 4u : 7u);
 }
 
+// From the first sheets of the cells around an edge to those that have it: `from` is its lower end in the
+// first cell, the others follow as in kBack.
+void findSheets(std::span<const Cell> cells, std::size_t axis, bool inside, Quad& quad) {
+  const std::uint32_t along = 1u << axis, u = 1u << (axis + 1) % 3, v = 1u << (axis + 2) % 3;
+  const std::array<std::uint32_t, 3> low{inside ? u : v, u | v, inside ? v : u};
+  for (std::size_t k = 0; k < 3; ++k) {
+    std::uint32_t& place = quad[k + 1];
+    while (((cells[place].corners >> low[k] ^ cells[place].corners >> (low[k] | along)) & 1) == 0) ++place;
+  }
+}
+
 }  // namespace
 
 std::vector<Quad> dualQuads(std::span<const Cell> cells, const CellIndex& index) {
@@ -96,31 +113,35 @@ std::vector<Quad> dualQuads(std::span<const Cell> cells, const CellIndex& index)
   Places places;
   std::array<Quad, std::size_t{3} * 64> made;
   struct Edge {
+    std::uint32_t vertex;
     std::uint8_t slot;
     std::uint8_t back;
   };
   std::array<Edge, std::size_t{3} * 64 + 1> edges;
   for (const CellIndex::Brick& brick : index.bricks()) {
-    places.gather(index, brick);
+    const bool repeats = places.gather(index, brick);
     const bool at_border = brick.x == 0 || brick.y == 0 || brick.z == 0;
     // First which edges, then their quads: where an edge lies in its brick is anybody's guess, and so would
     // be a branch on it.
     std::size_t count = 0;
-    std::uint32_t i = brick.first;
-    for (std::uint64_t mask = brick.mask; mask != 0; mask &= mask - 1, ++i) {
+    std::uint64_t mask = brick.mask;
+    for (std::uint32_t i = brick.first; i < brick.first + brick.count; ++i) {
       const Cell& cell = cells[i];
       const std::uint32_t axes = changes(cell) & (at_border ? whole(cell) : 7u);
       const auto slot = static_cast<std::uint8_t>(Places::slot(std::countr_zero(mask)));
       for (std::uint32_t axis = 0; axis < 3; ++axis) {
-        edges[count] = {slot, static_cast<std::uint8_t>(2 * axis + (cell.corners & 1))};
+        edges[count] = {i, slot, static_cast<std::uint8_t>(2 * axis + (cell.corners & 1))};
         count += axes >> axis & 1;
       }
+      if (!repeats || i + 1 == cells.size() || !sameCell(cell, cells[i + 1])) mask &= mask - 1;
     }
     for (std::size_t k = 0; k < count; ++k) {
       const std::size_t slot = edges[k].slot;
       const auto& back = kBack[edges[k].back];
-      made[k] = {places[slot], places[slot - back[0]], places[slot - back[1]], places[slot - back[2]]};
+      made[k] = {edges[k].vertex, places[slot - back[0]], places[slot - back[1]], places[slot - back[2]]};
     }
+    for (std::size_t k = 0; k < (repeats ? count : 0); ++k)
+      findSheets(cells, edges[k].back / 2, edges[k].back % 2 != 0, made[k]);
     quads.insert(quads.end(), made.begin(), made.begin() + static_cast<std::ptrdiff_t>(count));
   }
   return quads;

@@ -12,7 +12,7 @@ namespace isoreel {
 /// The quads of the dual mesh (spec codec 5.3), one for each sign-changing edge that has its four cells, in
 /// the order of the cells whose corner 0 they start from, then of the axes x, y, z. Corners are places in
 /// `cells`, counter-clockwise seen from outside. `cells` are the active cells of one level in Morton order,
-/// and `index` is theirs.
+/// or their sheets (5.5), and `index` is theirs.
 std::vector<Quad> dualQuads(std::span<const Cell> cells, const CellIndex& index);
 
 /// Turns positions inside cells (from their corner 0) into positions in the grid, in place.

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "lattice/brick_halo.h"
+#include "lattice/sheets.h"
 
 namespace isoreel {
 namespace {
@@ -137,6 +138,8 @@ void Surroundings::build(std::span<const Cell> cells, const CellIndex& index) {
     nodes.clear();
     halo.gather(index, bricks_[number]);
     halo.forEach([&](std::size_t slot, std::uint32_t place) { nodes.add(slot, cells[place].corners); });
+    halo.forEachRepeated(
+        [&](std::size_t slot, std::uint32_t place) { nodes.add(slot, signsOf(cells, place)); });
     nodes.extend();
     for (std::size_t k = 0; k < 2; ++k) {
       if (colours[k].links.size() < used[k] + 14 * 64) colours[k].links.resize(2 * used[k] + 14 * 64);
@@ -172,6 +175,14 @@ void Surroundings::build(std::span<const Cell> cells, const CellIndex& index) {
         const std::uint32_t far = link(halo, slot, kCornerSteps, CellIndex::kNone, to + near);
         count = near | far << 4;
         used[odd] += near + far;
+      }
+      if (halo.repeats()) {
+        signs[i] = signsAround(signs[i], cell);
+        for (std::uint32_t& other : across[i]) {
+          if (other != i) other = facingSheet(cells, other, cell);
+        }
+        for (std::uint32_t n = 0; n < linkCount(static_cast<std::uint8_t>(count)); ++n)
+          to[n] = facingSheet(cells, to[n], cell);
       }
       colour.cells.push_back(i);
       colour.counts.push_back(static_cast<std::uint8_t>(count));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What lies around the active cells of a surface: cells across faces and further, and
+// What lies around the active cells of a surface, or around their sheets: those across faces and further, and
 // the signs of 4×4×4 nodes (spec codec 11.1, 11.4).
 #pragma once
 
@@ -35,8 +35,8 @@ struct Surroundings {
   /// Even, then odd: no two odd cells are linked.
   std::array<Colour, 2> colours;
 
-  /// `cells`: the active cells of a surface in Morton order; `index` is theirs. Keeps its memory from call to
-  /// call.
+  /// `cells`: the active cells of a surface in Morton order, or their sheets; `index` is theirs. Keeps its
+  /// memory from call to call.
   void build(std::span<const Cell> cells, const CellIndex& index);
 
  private:

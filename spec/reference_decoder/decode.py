@@ -15,8 +15,9 @@ from pathlib import Path
 sys.dont_write_bytecode = True
 from entropy import MASK64, Refused, Stream, mixed, model, require, weights_of  # noqa: E402
 from fields import Fields  # noqa: E402
-from heights import MIXED_SIGNS, Heights  # noqa: E402
+from heights import MIXED_SIGNS, SHEETS, Heights  # noqa: E402
 from prediction import Prediction, Reference  # noqa: E402
+from sheets import sheets  # noqa: E402
 from surface import (CELL, CORNERS, LEAVES, MOTION, SIGNS, VERTICES, clamp, coarse_vertices, intra_vertices,  # noqa: E402
                      is_active, plus, quads)
 from xxh3 import xxh3  # noqa: E402
@@ -49,7 +50,7 @@ def read_configuration(record):
     f = Fields(record[8:-4])
     main_profile = f.fixed(1, 0, 1) == 1
     f.fixed(1, 0, 1)  # inside
-    tools = f.varint(0, 7 if main_profile else 1)
+    tools = f.varint(0, 15 if main_profile else 1)
     nodes = [f.varint(2, 65536) for _ in range(3)]
     f.varint(1, CELL)  # nominal step
     f.varint(1), f.varint(1)  # time base
@@ -284,15 +285,21 @@ class Decoder:
                 break
         cells = {cell: c for cell, c in tree.cells.items() if is_active(c)}
         if wanted < tree.depth or (reached < wanted and tree.cells) or cut:
-            return coarse_vertices(self.nodes, cells, tree.depth - reached), quads(cells)
+            with_vertices = self.with_vertices(cells)
+            return coarse_vertices(self.nodes, with_vertices, tree.depth - reached), quads(with_vertices)
         if prediction and reached < prediction.block_level:
             prediction.decode_motion({})  # no cells and no blocks
         return self.full(packet, cells, prediction)
 
-    def full(self, packet, cells, prediction):
+    def with_vertices(self, cells):
+        """5 and 5.5: of each vertex, its cell and configuration."""
+        return sheets(cells) if self.main and self.tools & SHEETS else list(cells.items())
+
+    def full(self, packet, active, prediction):
+        cells = self.with_vertices(active)
         require(len(cells) == packet.vertices, "the number of vertices is not the header's")
         if self.main:
-            vertices = Heights(packet, cells, self.nodes, self.tools, self.models, prediction).vertices()
+            vertices = Heights(packet, active, cells, self.nodes, self.tools, self.models, prediction).vertices()
         elif packet.predicted:
             vertices = prediction.vertices(cells)
         else:

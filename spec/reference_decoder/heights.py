@@ -6,10 +6,10 @@ from itertools import product
 from math import isqrt
 
 from entropy import Stream, magnitude, mixed, model, require, residual, weights_of
+from sheets import FACES, shared
 from surface import CELL, FRAMES, VERTICES, clamp, in_grid, plus
 
-NEIGHBOURS, MIXED_SIGNS = 2, 4  # tools
-FACES = [(-1, 0, 0), (1, 0, 0), (0, -1, 0), (0, 1, 0), (0, 0, -1), (0, 0, 1)]
+NEIGHBOURS, MIXED_SIGNS, SHEETS = 2, 4, 8  # tools
 AROUND = [d for d in product((-1, 0, 1), repeat=3) if any(d)]
 
 
@@ -32,24 +32,43 @@ def mean(total, count):
 
 
 class Heights:
-    def __init__(self, packet, cells, nodes, tools, models, prediction):
-        self.packet, self.cells, self.nodes, self.tools, self.models = packet, cells, nodes, tools, models
+    """`cells`: the active ones; `vertices`: for each vertex its cell, and its configuration."""
+
+    def __init__(self, packet, cells, vertices, nodes, tools, models, prediction):
+        self.packet, self.cells, self.list, self.nodes, self.tools, self.models = packet, cells, vertices, nodes, tools, models
         self.prediction = prediction  # of a P packet, or None
-        self.list = list(cells)
         self.signs = {}
-        self.number = {cell: i for i, cell in enumerate(self.list)}
+        self.numbers = {}
+        for i, (cell, _) in enumerate(vertices):
+            self.numbers.setdefault(cell, []).append(i)
 
     # ---- 11.1 Surroundings ----
 
-    def across(self, cell):
-        """The six cells across the faces: None where the face has one sign only, or no cell behind it."""
-        inside = [self.cells[cell] >> j & 1 for j in range(8)]
+    def facing(self, i, cell):
+        """The vertex of another cell that faces vertex i."""
+        own, corners = self.list[i]
+        pairs = shared(own, cell)
+        return min(self.numbers[cell], key=lambda n: sum(corners >> j & 1 != self.list[n][1] >> k & 1 for j, k in pairs))
+
+    def across(self, i):
+        """The vertices across the six faces: None where the face has one sign only, or no cell behind it."""
+        cell, corners = self.list[i]
+        inside = [corners >> j & 1 for j in range(8)]
         result = []
         for face, way in enumerate(FACES):
             on_face = [inside[j] for j in range(8) if (j >> face // 2 & 1) == face % 2]
             other = plus(cell, way)
-            result.append(other if 0 < sum(on_face) < 4 and other in self.cells else None)
+            result.append(self.facing(i, other) if 0 < sum(on_face) < 4 and other in self.cells else None)
         return result
+
+    def sign_around(self, i, d):
+        """Of the node at d from the cell of vertex i, as the vertex sees it."""
+        cell, corners = self.list[i]
+        nearest = [clamp(x, 0, 1) for x in d]
+        j = nearest[0] | nearest[1] << 1 | nearest[2] << 2
+        if corners >> j & 1 != self.cells[cell] >> j & 1:
+            return corners >> j & 1
+        return self.sign(cell, plus(cell, d))
 
     def sign(self, cell, node):
         """Of a node near an active cell: the cell's own corner, that of an active cell on the way, or as one step back."""
@@ -69,50 +88,49 @@ class Heights:
     # ---- 11.2 Points, 11.3 normals and inputs ----
 
     def predict(self):
-        neighbours = [self.across(cell) for cell in self.list]
-        self.start = [[FRAMES[c][0][k] + 4 >> 3 for k in range(3)] for c in self.cells.values()]
+        neighbours = [self.across(i) for i in range(len(self.list))]
+        self.start = [[FRAMES[c][0][k] + 4 >> 3 for k in range(3)] for _, c in self.list]
         self.points = [list(p) for p in self.start]
         for _ in range(3):
             following = []
-            for i, cell in enumerate(self.list):
+            for i, (cell, _) in enumerate(self.list):
                 point = [clamp(m, 41, 2007) for m in self.mean_around(i, neighbours[i])]
                 for k in range(3):
                     if cell[k] in (0, self.nodes[k] - 2):
                         point[k] = self.start[i][k]
                 following.append(point)
             self.points = following
-        self.normals, self.balances = zip(*(self.normal(cell) for cell in self.list)) if self.list else ((), ())
+        self.normals, self.balances = zip(*(self.normal(i) for i in range(len(self.list)))) if self.list else ((), ())
         self.inputs = [self.inputs_of(i, neighbours[i]) for i in range(len(self.list))]
 
-    def way(self, i, face, other):
-        """From the point of cell i to that of the cell across a face."""
-        if other is None:
+    def way(self, i, face, j):
+        """From the point of vertex i to that of the vertex across a face."""
+        if j is None:
             return [0, 0, 0]
-        j = self.number[other]
         return [self.points[j][k] + 2048 * FACES[face][k] - self.points[i][k] for k in range(3)]
 
     def mean_around(self, i, across):
         total = [6 * self.points[i][k] + sum(self.way(i, f, o)[k] for f, o in enumerate(across)) for k in range(3)]
         return [((6144 + t) * 10923 >> 16) - 1024 for t in total]
 
-    def normal(self, cell):
+    def normal(self, i):
         total, balance = [0, 0, 0], 0
         for d in product(range(-1, 3), repeat=3):
             twice = [2 * x - 1 for x in d]
             weight = (44, 16, 6, 2)[sum(abs(t) > 1 for t in twice)]
-            weight = -weight if self.sign(cell, plus(cell, d)) else weight
+            weight = -weight if self.sign_around(i, d) else weight
             total = [t + weight * w for t, w in zip(total, twice)]
             balance += weight
         square = dot(total, total)
         if square == 0:
-            return FRAMES[self.cells[cell]][1], balance
+            return FRAMES[self.list[i][1]][1], balance
         inverse = (1 << 40) // isqrt(square << 20)
         return [t * inverse >> 16 for t in total], balance
 
     def inputs_of(self, i, across):
         point, normal = self.points[i], self.normals[i]
         ways = [self.way(i, f, o) for f, o in enumerate(across)]
-        others = [i if o is None else self.number[o] for o in across]
+        others = [i if j is None else j for j in across]
         total = [sum(w[k] for w in ways) for k in range(3)]
         planes = sum(dot(w, self.normals[j]) >> 14 for w, j in zip(ways, others))
         cosines = sum(dot(normal, self.normals[j]) >> 18 for j in others)
@@ -129,9 +147,10 @@ class Heights:
             return 0, 0, 32, [0, 0]
         near, far = [], []
         for d in AROUND:
-            j = self.number.get(plus(self.list[i], d))
-            if j is None:
+            other = plus(self.list[i][0], d)
+            if other not in self.cells:
                 continue
+            j = self.facing(i, other)
             differ = sum(map(abs, d))
             if odd:
                 if differ != 2:
@@ -191,13 +210,13 @@ class Heights:
         self.moved = [None] * len(self.list)
         if self.prediction:
             self.moved = [self.prediction.moved_height(cell, c, self.points[i], self.normals[i])
-                          for i, (cell, c) in enumerate(self.cells.items())]
+                          for i, (cell, c) in enumerate(self.list)]
         stream = Stream(self.packet.section(VERTICES, 0))
         weights = self.decode_weights(stream)
         step = self.packet.step
         self.heights, self.magnitudes = [0] * len(self.list), [0] * len(self.list)
         for odd in (0, 1):
-            for i, cell in enumerate(self.list):
+            for i, (cell, corners) in enumerate(self.list):
                 if sum(cell) % 2 != odd:
                     continue
                 near, far, activity, errors = self.coded(i, odd)
@@ -211,9 +230,9 @@ class Heights:
                     other = clamp(32 + other >> 6, -CELL, CELL)
                     moved = confidence, min(7, 4 * abs(other - expected) // step)
                     expected = other
-                r = self.residual(stream, odd, activity, bend, self.cells[cell], moved)
+                r = self.residual(stream, odd, activity, bend, corners, moved)
                 self.heights[i] = limited(expected + r * step)
                 self.magnitudes[i] = min(abs(r), 15)
         stream.used_up()
         return [in_grid(cell, [clamp(8 * self.points[i][k] + (self.heights[i] * self.normals[i][k] + 8192 >> 14), 0, CELL)
-                               for k in range(3)]) for i, cell in enumerate(self.list)]
+                               for k in range(3)]) for i, (cell, _) in enumerate(self.list)]

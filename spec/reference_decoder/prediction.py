@@ -66,7 +66,7 @@ class Reference:
             for i in quad:
                 sums[i] = plus(sums[i], cross)
         nearest = {}  # node: (apart, distance)
-        for p, total, configuration in zip(vertices, sums, cells.values()):
+        for p, total, (_, configuration) in zip(vertices, sums, cells):
             unit = self.unit(total, configuration)
             near = tuple(k + 8192 >> 14 for k in p)
             for step in NEAREST:
@@ -251,7 +251,7 @@ class Prediction:
         """8.8"""
         stream = Stream(self.packet.section(VERTICES, 0))
         self.inner, self.errors = {}, {}  # of the cells so far
-        for cell, configuration in cells.items():
+        for cell, configuration in cells:
             plane = self.plane(cell, configuration)
             if plane is None:
                 along = intra_offsets(self.packet, stream, self.models, configuration)

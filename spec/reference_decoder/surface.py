@@ -68,7 +68,7 @@ def intra_offsets(packet, stream, models, configuration):
 def intra_vertices(packet, cells, models):
     """5.2"""
     stream, result = Stream(packet.section(VERTICES, 0)), []
-    for cell, configuration in cells.items():
+    for cell, configuration in cells:
         result.append(in_grid(cell, inner_vertex(configuration, intra_offsets(packet, stream, models, configuration))))
     stream.used_up()
     return result
@@ -77,22 +77,27 @@ def intra_vertices(packet, cells, models):
 def coarse_vertices(nodes, cells, shift):
     """5.4"""
     return [[min(CELL * cell[k] + FRAMES[configuration][0][k] << shift, CELL * (nodes[k] - 1)) for k in range(3)]
-            for cell, configuration in cells.items()]
+            for cell, configuration in cells]
 
 
 def quads(cells):
-    """5.3"""
-    number = {cell: i for i, cell in enumerate(cells)}
+    """5.3, and 5.5 where a cell has several vertices."""
+    numbers = {}
+    for i, (cell, _) in enumerate(cells):
+        numbers.setdefault(cell, []).append(i)
     result = []
-    for cell, configuration in cells.items():
+    for i, (cell, configuration) in enumerate(cells):
         for a in range(3):
             u, v = (a + 1) % 3, (a + 2) % 3
             low, high = configuration & 1, configuration >> (1 << a) & 1
             if low == high or cell[u] == 0 or cell[v] == 0:
                 continue
-            back_u, back_v = ([-(k == axis) for k in range(3)] for axis in (u, v))
-            ring = [cell, plus(cell, back_u), plus(plus(cell, back_u), back_v), plus(cell, back_v)]
+            ring = [i]
+            for du, dv in ((1, 0), (1, 1), (0, 1)):
+                other = plus(cell, [-(du * (k == u) + dv * (k == v)) for k in range(3)])
+                edge = du << u | dv << v  # its low end, as a corner of the other cell
+                ring += [n for n in numbers[other] if cells[n][1] >> edge & 1 != cells[n][1] >> (edge | 1 << a) & 1]
             if not low:
                 ring = [ring[0], ring[3], ring[2], ring[1]]
-            result.append([number[c] for c in ring])
+            result.append(ring)
     return result

@@ -61,6 +61,24 @@ TEST(EncodeAgain, IntraFramesHardlyChange) {
   }
 }
 
+TEST(EncodeAgain, KeepsSheetsAndRefusesOthers) {
+  for (const char* name : {"turned_face", "noise_20x33x7"}) {
+    const made::Made& m = made::named(name);
+    EncoderSettings settings = made::settings(m);
+    settings.configuration.profile = Profile::kMain;
+    Decoder decoder;
+    const auto first = decoder.decode(made::encodedMain(m).data);
+    ASSERT_TRUE(first.ok());
+    const auto again = Encoder::create(settings)->encodeAgain(*first, decoder.cells(), false, {});
+    ASSERT_TRUE(again.ok()) << again.error().message;
+    EXPECT_EQ(Decoder().decode(again->data)->quads, first->quads);
+    settings.heights.sheets = false;
+    const auto refused = Encoder::create(settings)->encodeAgain(*first, decoder.cells(), false, {});
+    ASSERT_FALSE(refused.ok()) << name;
+    EXPECT_NE(refused.error().message.find("not those of the cells"), std::string::npos);
+  }
+}
+
 TEST(EncodeAgain, PredictedFramesMoveByHalfAStep) {
   const Grid grid = made::gridOf(25, 25, 25);
   const auto at = [&](double t) {

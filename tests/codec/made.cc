@@ -115,6 +115,12 @@ const std::vector<Made>& all() {
                              (x == 0 && y == 20 && z == 49);
           return speck ? -1.0 : 1.0;
         }));
+    // Two cells that each have one sheet, which crosses the face between them twice (spec codec 5.5).
+    add("turned_face", sampled(gridOf(6, 5, 5), [](double x, double y, double z) {
+          const bool square = y >= 1 && y <= 2 && z >= 1 && z <= 2;
+          const bool inside = square && (x == 1 || (x == 2 && y == z) || (x == 3 && y <= z));
+          return (inside ? -1 : 1) * (1 + (7 * x + 3 * y + 5 * z) / 64);
+        }));
     add("empty", sampled(gridOf(12, 9, 14), [](double, double, double) { return 1.0; }));
     add("all_inside", sampled(gridOf(12, 9, 14), [](double, double, double) { return -1.0; }));
     return list;

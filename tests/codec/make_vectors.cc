@@ -71,7 +71,12 @@ void acceptAll(Vectors& vectors) {
   vectors.accept("main_sphere_cut", "profile main, a surface that is open at the grid's border",
                  mainPacketOf("sphere_cut"));
   vectors.accept("main_fine_step", "profile main, step 1", mainPacketOf("torus", 1));
+  vectors.accept("main_turned_face", "profile main: a face that is turned, cells with several vertices",
+                 mainPacketOf("turned_face"));
   HeightSettings plain;
+  plain.sheets = false;
+  vectors.accept("main_without_sheets", "profile main, tools 6: one vertex for each active cell",
+                 mainPacketOf("turned_face", kCell / 16, plain));
   plain.neighbours = plain.mixed_signs = false;
   vectors.accept("main_without_tools", "profile main, tools 0",
                  mainPacketOf("touching_spheres", kCell / 16, plain));
@@ -114,7 +119,7 @@ void rejectAll(Vectors& vectors) {
                  with([](made::Parts& p) { p.header.vertices = 1u << 27; }));
   vectors.reject("too_few_vertices", "more cells at level 5 than the header's",
                  with([](made::Parts& p) { --p.header.vertices; }));
-  vectors.reject("wrong_vertices", "active cells, where its header says",
+  vectors.reject("wrong_vertices", "vertices, where its header says",
                  with([](made::Parts& p) { ++p.header.vertices; }));
   vectors.reject("wrong_faces", "quads, where its header says",
                  with([](made::Parts& p) { ++p.header.faces; }));
@@ -138,15 +143,16 @@ void rejectAll(Vectors& vectors) {
     change(parts, parts.sections.back());
     return made::joined(parts);
   };
-  vectors.reject("main_tools", "tools 8 is above 7",
-                 mainWith([](made::Parts& p, Bytes&) { made::changeRecord(p.header.configuration, 10, 8); }));
+  vectors.reject("main_tools", "tools 16 is above 15", mainWith([](made::Parts& p, Bytes&) {
+                   made::changeRecord(p.header.configuration, 10, 16);
+                 }));
   vectors.reject("main_vertices_too_short", "vertices: end too early",
                  mainWith([](made::Parts&, Bytes& v) { v.resize(40); }));
   vectors.reject("main_vertices_left_over", "vertices: not used to their end",
                  mainWith([](made::Parts&, Bytes& v) { v.resize(v.size() + 9); }));
   made::Parts none = made::taken(packetOf("empty"));
   none.header.vertices = 5;
-  vectors.reject("no_tree_but_vertices", "0 active cells, where its header says 5", made::joined(none));
+  vectors.reject("no_tree_but_vertices", "0 vertices, where its header says 5", made::joined(none));
 }
 
 }  // namespace

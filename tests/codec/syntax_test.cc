@@ -69,7 +69,7 @@ TEST(ConfigurationRecord, WriterRefusesWhatAReaderWould) {
   EXPECT_TRUE(refuses([](Configuration& c) { c.tools = 2; }));
   EXPECT_TRUE(refuses([](Configuration& c) {
     c.profile = Profile::kMain;
-    c.tools = 8;
+    c.tools = 16;
   }));
   EXPECT_TRUE(refuses([](Configuration& c) { c.grid.nodes[0] = 1; }));
   EXPECT_TRUE(refuses([](Configuration& c) { c.grid.nodes[2] = 65537; }));

@@ -8,6 +8,7 @@
 #include "extract/octree.h"
 #include "intra/sign_tree.h"
 #include "lattice/dual_mesh.h"
+#include "lattice/sheets.h"
 #include "packets.h"
 
 namespace isoreel::made {
@@ -16,18 +17,20 @@ namespace {
 /// What the encoder's stages make of a volume.
 struct Extracted {
   SignBitmap bitmap;
-  std::vector<Cell> cells;
+  std::vector<Cell> active;
   CellIndex index;
+  std::vector<Cell> cells;  // of the vertices: the active ones, in profile main their sheets
   std::vector<std::array<std::int32_t, 3>> vertices;
 
-  explicit Extracted(const Made& made)
+  Extracted(const Made& made, bool main)
       : bitmap(*SignBitmap::make(made.volume, made.isovalue, made.inside, NonFinite::kRefuse, serialFor)),
-        cells(bitmap.activeCells(serialFor)),
-        vertices(placeVertices(made.volume, made.isovalue, cells, VertexPlacement::kQef, serialFor)) {
-    index.build(cells);
+        active(bitmap.activeCells(serialFor)) {
+    index.build(active);
+    cells = main ? splitSheets(active, index) : active;
+    vertices = placeVertices(made.volume, made.isovalue, cells, VertexPlacement::kQef, serialFor);
   }
   FrameInput input(const Grid& grid, const ResidualSteps& steps) const {
-    return {grid, bitmap, cells, index, vertices, steps};
+    return {grid, bitmap, active, cells, index, vertices, steps};
   }
 };
 
@@ -35,8 +38,8 @@ struct Extracted {
 class Signs {
  public:
   Signs(const Extracted& frame, const Grid& grid, CodedFrame& coded)
-      : octree_(frame.cells, octreeDepth(grid)),
-        tree_(grid, OctreeTruth(frame.bitmap, octree_), frame.cells.size(), coded.models.signs),
+      : octree_(frame.active, octreeDepth(grid)),
+        tree_(grid, OctreeTruth(frame.bitmap, octree_), frame.active.size(), coded.models.signs),
         coded_(coded) {}
 
   const std::vector<Cell>& cells() const { return tree_.cells(); }
@@ -78,7 +81,7 @@ Bytes wildHeights(const Made& made, std::uint32_t step, std::int32_t largest, st
   const auto within = [&](std::int32_t limit) {
     return static_cast<std::int32_t>(random() % (2 * static_cast<std::uint32_t>(limit) + 1)) - limit;
   };
-  Extracted extracted(made);
+  Extracted extracted(made, true);
   const Bytes packet = encodedMain(made, step).data;
   Parts parts = taken(packet);
   parts.header.step = step;
@@ -108,7 +111,7 @@ Bytes wildHeights(const Made& made, std::uint32_t step, std::int32_t largest, st
 }
 
 Bytes WildSequence::intra(const Made& made, std::uint32_t step) {
-  Extracted frame(made);
+  Extracted frame(made, main_);
   PacketHeader header;
   header.step = header.tangential_step = step;
   Configuration configuration = settings(made, step).configuration;
@@ -127,7 +130,7 @@ Bytes WildSequence::intra(const Made& made, std::uint32_t step) {
 }
 
 Bytes WildSequence::predicted(const Made& made, const Wild& wild) {
-  Extracted frame(made);
+  Extracted frame(made, main_);
   PacketHeader header;
   header.type = PacketType::kPredicted;
   header.references = {1};

@@ -14,7 +14,9 @@ inline constexpr std::uint8_t kFormatMinor = 0;
 inline constexpr std::uint32_t kToolPrediction = 1;  // there may be P packets (spec codec 8)
 inline constexpr std::uint32_t kToolNeighbours = 2;  // main: heights are predicted from neighbours too (11.4)
 inline constexpr std::uint32_t kToolMixedSigns = 4;  // main: two opinions on each sign (11.7)
-inline constexpr std::uint32_t kToolsOfMain = kToolPrediction | kToolNeighbours | kToolMixedSigns;
+inline constexpr std::uint32_t kToolSheets = 8;      // main: a vertex for each sheet of a cell (5.5)
+inline constexpr std::uint32_t kToolsOfMain =
+    kToolPrediction | kToolNeighbours | kToolMixedSigns | kToolSheets;
 
 enum class Profile : std::uint8_t { kClassic = 0, kMain = 1 };
 

@@ -47,8 +47,9 @@ class Decoder {
   /// or tool). The full surface is checked against the packet's hash.
   Result<Surface> decode(ByteSpan packet, const DecodeOptions& options = {});
 
-  /// Of the full surface decoded last: the cell that each vertex lies in, with its signs. Empty when there is
-  /// none, as after a coarser level alone or an error. Stays good until the next decode().
+  /// Of the full surface decoded last: the cell that each vertex lies in, with its signs; of a cell with
+  /// several vertices, with the signs of each one's sheet (spec codec 5.5). Empty when there is none, as
+  /// after a coarser level alone or an error. Stays good until the next decode().
   const std::vector<Cell>& cells() const;
 
   /// Memory that a copy takes, about 0.8 megabytes and 24 bytes for each vertex where P packets may follow;

@@ -49,6 +49,7 @@ struct HeightSettings {
   Fit fit = Fit::kVolume;
   bool neighbours = true;     // predict heights from those of coded neighbours (a tool of the format)
   bool mixed_signs = true;    // two opinions on each sign (another)
+  bool sheets = true;         // a vertex for each sheet of a cell, so that the mesh is a manifold (another)
   bool fit_triangles = true;  // choose heights for the mesh's triangles, not for its vertices alone
   bool weigh_rate = true;     // and for what they cost
 };
@@ -103,11 +104,11 @@ class Encoder {
   /// bytes per vertex, 1200 with prediction or in profile main. `sizes` may be null.
   Result<Packet> encode(const Volume& volume, const FrameTiming& timing, PacketSizes* sizes = nullptr);
 
-  /// Codes a surface that was decoded before, where its volume is gone. `cells` are Decoder::cells() of it,
-  /// and `filled` tells of a frame without any whether all of it is inside. The packet has the same signs, so
-  /// the same faces and connections; each vertex moves by rounding to the configuration's step along its
-  /// normal and, where that was another or the packet is predicted, along its tangents. The header tells no
-  /// error.
+  /// Codes a surface that was decoded before, where its volume is gone, with vertices for sheets as the
+  /// settings have it. `cells` are Decoder::cells() of it, and `filled` tells of a frame without any whether
+  /// all of it is inside. The packet has the same signs, so the same faces and connections; each vertex moves
+  /// by rounding to the configuration's step along its normal and, where that was another or the packet is
+  /// predicted, along its tangents. The header tells no error.
   Result<Packet> encodeAgain(const Surface& surface, std::span<const Cell> cells, bool filled,
                              const FrameTiming& timing, PacketSizes* sizes = nullptr);
 

@@ -12,9 +12,11 @@ namespace isoreel {
 using Triangle = std::array<std::uint32_t, 3>;
 using Quad = std::array<std::uint32_t, 4>;
 
-/// The dual mesh of one frame: a vertex in each active cell, a quad for each sign-changing edge inside the
-/// grid. It is closed except at the grid's border. Corners run counter-clockwise seen from outside, in grid
-/// space and in the world alike (a grid whose direction mirrors is accounted for by triangles()).
+/// The dual mesh of one frame: a vertex in each active cell, or in profile main for each sheet of the surface
+/// in it, and a quad for each sign-changing edge inside the grid. It is closed except at the grid's border,
+/// and with a vertex for each sheet a 2-manifold (but perhaps at the border of a grid with two nodes on a
+/// side). Corners run counter-clockwise seen from outside, in grid space and in the world alike (a grid whose
+/// direction mirrors is accounted for by triangles()).
 struct Surface {
   Grid grid;
   std::vector<GridPosition> vertices;
