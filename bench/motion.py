@@ -23,7 +23,12 @@ ABLATIONS = {"blocks of 4": ["--block", "4"], "blocks of 16": ["--block", "16"],
 
 
 # Profile main, against frame by frame of classic.
-MAIN = {"main, I frames": ["--profile", "main", "--frame-types", "intra"], "main": ["--profile", "main"]}
+MAIN = {"main, I frames": ["--frame-types", "intra"], "main": [], "main to the mesh": ["--fit", "extracted"],
+        "main, fast": ["--preset", "fast"]}
+# ... without one of its tools each, for --ablations.
+MAIN_ABLATIONS = {f"main without {tool}": ["--without", tool] for tool in ("neighbours", "signs", "fit", "rate")}
+ABLATIONS_OF_MAIN = {f"main, {label}": words for label, words in ABLATIONS.items()}
+CLASSIC = ["--profile", "classic"]
 
 
 def isoreel(options, *words):
@@ -72,11 +77,13 @@ def curve(points, kind="extracted"):
 def measure(options, path):
     name, encode, compare = load_set(path)
     gop = ["--gop", options.gop]
-    variants = {"frame by frame": ["--frame-types", "intra"], "motion-predicted": gop}
+    variants = {"frame by frame": CLASSIC + ["--frame-types", "intra"], "motion-predicted": CLASSIC + gop}
     if options.ablations:
-        variants.update({label: gop + words for label, words in ABLATIONS.items()})
+        variants.update({label: CLASSIC + gop + words for label, words in ABLATIONS.items()})
     if options.main:
         variants.update({label: gop + words for label, words in MAIN.items()})
+        if options.ablations:
+            variants.update({label: gop + words for label, words in {**MAIN_ABLATIONS, **ABLATIONS_OF_MAIN}.items()})
     result = {}
     with tempfile.TemporaryDirectory(prefix="isoreel-motion-") as folder:
         for label, words in variants.items():

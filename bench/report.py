@@ -6,7 +6,9 @@ import math
 from curves import Curve, bd_rate, ratio_at
 
 DISTANCES = {"extracted": "rms_extracted", "volume": "rms_volume"}
+EQUAL = {"extracted": "at the distance to the extracted mesh", "volume": "at the distance to the volume's isosurface"}
 COSTS = ("encode_vertices_per_second", "decode_vertices_per_second", "encode_peak_bytes", "decode_peak_bytes")
+OURS = {"extracted": ("isoreel", "main to the mesh"), "volume": ("isoreel", "main")}  # what comes close to each
 NOMINAL = 1 / 16  # the step that tables of one line a coder stand at
 
 
@@ -18,9 +20,9 @@ def curves_of(one_set, distance):
     return {key: (own, Curve([(p[DISTANCES[distance]], p["bytes"]) for p in own])) for key, own in points.items()}
 
 
-def nominal_point(one_set):
-    """Isoreel at the step that is nearest to NOMINAL."""
-    return min((p for p in one_set["points"] if p["coder"] == "isoreel"),
+def nominal_point(one_set, distance):
+    """Isoreel's own for this distance, at the step that is nearest to NOMINAL."""
+    return min((p for p in one_set["points"] if (p["coder"], p["variant"]) == OURS[distance]),
                key=lambda p: abs(math.log(p["parameter"] / NOMINAL)))
 
 
@@ -28,23 +30,19 @@ def compare(one_set):
     """Adds to a set what follows from its points: each coder against Isoreel at equal distance."""
     one_set["comparison"] = []
     by_distance = {distance: curves_of(one_set, distance) for distance in DISTANCES}
-    ours_key = ("isoreel", "classic")
-    our_points = by_distance["extracted"][ours_key][0]
-    nominal = nominal_point(one_set)
     for key in by_distance["extracted"]:
-        if key == ours_key:
-            continue
         row = {"coder": key[0], "variant": key[1]}
         for distance, curves in by_distance.items():
-            ours, (points, theirs) = curves[ours_key][1], curves[key]
+            our_points, ours = curves[OURS[distance]]
+            points, theirs = curves[key]
             name = DISTANCES[distance]
+            nominal = nominal_point(one_set, distance)
+            nearest = min(points, key=lambda p: abs(math.log(p[name] / nominal[name])))
             row[distance] = {
                 "bytes": theirs.bytes_at(nominal[name]),
                 "ratios": {step_name(p["parameter"]): ratio_at(ours, theirs, p[name]) for p in our_points},
-                "bd_rate": bd_rate(ours, theirs)}
-            if distance == "extracted":
-                nearest = min(points, key=lambda p: abs(math.log(p[name] / nominal[name])))
-                row |= {cost: nearest[cost] for cost in COSTS}
+                "bd_rate": bd_rate(ours, theirs),
+                **{cost: nearest[cost] for cost in COSTS}}
         one_set["comparison"].append(row)
 
 
@@ -63,54 +61,46 @@ def costs(point):
 
 def isoreel_table(one_set):
     vertices = one_set["vertices"]
-    yield ("| step | bytes | bits/vertex | signs | residuals | other | RMS to extracted | RMS to volume | encode Mv/s | "
-           "decode Mv/s | encode peak | decode peak |")
-    yield "| --- " + "| ---: " * 11 + "|"
+    yield ("| variant | step | bytes | bits/vertex | signs | motion | vertices | other | RMS to extracted | RMS to volume | "
+           "encode Mv/s | decode Mv/s | encode peak | decode peak |")
+    yield "| --- | --- " + "| ---: " * 12 + "|"
     for p in one_set["points"]:
         if p["coder"] == "isoreel":
             parts = p["parts"]
-            yield (f"| {step_name(p['parameter'])} | {p['bytes']} | {8 * p['bytes'] / vertices:.2f} | {parts['signs']} | "
-                   f"{parts['vertices']} | {parts['other']} | {p['rms_extracted']:.4f} | {p['rms_volume']:.4f} | "
-                   + costs(p) + " |")
+            yield (f"| {p['variant']} | {step_name(p['parameter'])} | {p['bytes']} | {8 * p['bytes'] / vertices:.2f} | "
+                   f"{parts['signs']} | {parts['motion']} | {parts['vertices']} | {parts['other']} | "
+                   f"{p['rms_extracted']:.4f} | {p['rms_volume']:.4f} | " + costs(p) + " |")
 
 
-def comparison_table(one_set):
-    steps = [step_name(p["parameter"]) for p in one_set["points"] if p["coder"] == "isoreel"]
-    yield "| coder | " + " | ".join(steps) + " | BD-rate | at the volume's distance: " + " | ".join(steps) + " | BD-rate |"
-    yield "| --- " + "| ---: " * (2 * len(steps) + 2) + "|"
+def comparison_table(one_set, distance):
+    steps = list(one_set["comparison"][0][distance]["ratios"])
+    yield "| coder | " + " | ".join(steps) + " | BD-rate |"
+    yield "| --- " + "| ---: " * (len(steps) + 1) + "|"
     for row in one_set["comparison"]:
-        cells = []
-        for distance in DISTANCES:
-            cells += [cell(row[distance]["ratios"][step], ".2f") for step in steps]
+        if (row["coder"], row["variant"]) != OURS[distance]:
+            cells = [cell(row[distance]["ratios"][step], ".2f") for step in steps]
             cells.append(cell(row[distance]["bd_rate"], "+.0f", 100) + " %")
-        yield f"| {row['coder']}, {row['variant']} | " + " | ".join(cells).replace("– %", "–") + " |"
+            yield f"| {row['coder']}, {row['variant']} | " + " | ".join(cells).replace("– %", "–") + " |"
 
 
-def others_table(one_set):
+def others_table(one_set, distance):
     yield ("| coder | bytes | bits/vertex | encode Mv/s | decode Mv/s | encode peak | decode peak |")
     yield "| --- " + "| ---: " * 6 + "|"
     for row in one_set["comparison"]:
-        size = row["extracted"]["bytes"]
+        size = row[distance]["bytes"]
         yield (f"| {row['coder']}, {row['variant']} | {cell(size, '.0f')} | {cell(size, '.2f', 8 / one_set['vertices'])} | "
-               + costs(row) + " |")
+               + costs(row[distance]) + " |")
 
 
-def summary_table(sets):
+def summary_table(sets, distance):
     """A line a coder, over all sets: what stands in the README."""
-    lines = {}
-    for one_set in sets:
-        ours = nominal_point(one_set)
-        lines.setdefault(("isoreel", f"classic, step {step_name(ours['parameter'])}"), {})[one_set["name"]] = (
-            ours["bytes"], ours)
-        for row in one_set["comparison"]:
-            lines.setdefault((row["coder"], row["variant"]), {})[one_set["name"]] = (row["extracted"]["bytes"], row)
     yield "| coder | " + " | ".join(f"{s['name']}: bits/vertex | decode Mv/s" for s in sets) + " |"
     yield "| --- " + "| ---: | ---: " * len(sets) + "|"
-    for (coder, variant), columns in lines.items():
+    for coder, variant in dict.fromkeys((row["coder"], row["variant"]) for s in sets for row in s["comparison"]):
         cells = []
         for one_set in sets:
-            size, speeds = columns[one_set["name"]]
-            cells += [cell(size, ".2f", 8 / one_set["vertices"]), f"{speeds['decode_vertices_per_second'] / 1e6:.1f}"]
+            row = next(r for r in one_set["comparison"] if (r["coder"], r["variant"]) == (coder, variant))[distance]
+            cells += [cell(row["bytes"], ".2f", 8 / one_set["vertices"]), f"{row['decode_vertices_per_second'] / 1e6:.1f}"]
         yield f"| {coder}, {variant} | " + " | ".join(cells) + " |"
 
 
@@ -122,11 +112,12 @@ def markdown(results):
     yield ""
     yield f"{results['machine']}. `bench/README.md` says what is measured and how."
     yield ""
-    yield "At the distance to the extracted mesh that Isoreel has at step 1/16:"
-    yield ""
-    yield from summary_table(results["sets"])
-    for one_set in results["sets"]:
+    for distance, (_, variant) in OURS.items():
+        yield f"{EQUAL[distance].capitalize()} that Isoreel ({variant}) has at step 1/16:"
         yield ""
+        yield from summary_table(results["sets"], distance)
+        yield ""
+    for one_set in results["sets"]:
         yield f"## {one_set['name']}"
         yield ""
         yield (f"{one_set['frames']} frames of {' × '.join(map(str, one_set['nodes']))}, {one_set['vertices']} vertices, "
@@ -136,19 +127,21 @@ def markdown(results):
         yield (f"- Extraction alone, which mesh coders need before they start: "
                f"{one_set['extracted_vertices_per_second'] / 1e6:.2f} million vertices a second on 1 thread")
         for each in one_set["throughput"]:
-            yield (f"- Isoreel at step 1/16 on {each['threads']} thread{'s' if each['threads'] > 1 else ''}, by the wall's "
+            yield (f"- Isoreel (main) at step 1/16, GOPs of 5 frames, on {each['threads']} thread{'s' if each['threads'] > 1 else ''}, by the wall's "
                    f"clock: encode {each['encode_vertices_per_second'] / 1e6:.2f}, decode "
                    f"{each['decode_vertices_per_second'] / 1e6:.2f} million vertices a second")
         yield ""
         yield from isoreel_table(one_set)
         yield ""
-        yield "The others at the distance to the extracted mesh that Isoreel has at step 1/16:"
-        yield ""
-        yield from others_table(one_set)
-        yield ""
-        yield "Isoreel's bytes over theirs, at the distance that Isoreel has at each step:"
-        yield ""
-        yield from comparison_table(one_set)
+        for distance, (_, variant) in OURS.items():
+            yield f"{EQUAL[distance].capitalize()} that Isoreel ({variant}) has at step 1/16:"
+            yield ""
+            yield from others_table(one_set, distance)
+            yield ""
+            yield f"Isoreel's bytes ({variant}) over theirs, {EQUAL[distance]} that it has at each step:"
+            yield ""
+            yield from comparison_table(one_set, distance)
+            yield ""
 
 
 def plot(results, path):

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What is measured: Isoreel and the coders that it is compared with, each at one setting.
+// What Isoreel is compared with: coders of single frames, each at one setting.
 #pragma once
 
 #include <isoreel/codec/encoder.h>
@@ -42,14 +42,10 @@ class Coder {
   virtual std::size_t bytes() const = 0;
   /// What decode() gave, in cells.
   virtual inspect::Mesh mesh() const = 0;
-  /// Sizes of the parts of bytes(), where known.
-  virtual PacketSizes parts() const { return {}; }
 };
 
 using Coders = std::vector<std::unique_ptr<Coder>>;
 
-/// `step` is a part of a cell, in 1/16384.
-std::unique_ptr<Coder> isoreelCoder(const Configuration& configuration, std::uint32_t step);
 /// Edgebreaker; `speed` from 0 (smallest) to 10 (fastest), positions quantised to `bits` over the bounding
 /// box.
 std::unique_ptr<Coder> dracoCoder(int speed, int bits);

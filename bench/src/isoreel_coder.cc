@@ -1,58 +1,48 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "isoreel_coder.h"
+
 #include <isoreel/codec/decoder.h>
 
-#include "coder.h"
-
 namespace isoreel::bench {
-namespace {
 
-class IsoreelCoder : public Coder {
- public:
-  explicit IsoreelCoder(const Configuration& configuration) { settings_.configuration = configuration; }
-
-  Label label() const override {
-    return {"isoreel", "classic", static_cast<double>(settings_.configuration.step) / kCell};
+Status IsoreelCoder::encode(std::span<const Frame> frames) {
+  packets_.clear();
+  parts_ = {};
+  ISOREEL_ASSIGN(Encoder encoder, Encoder::create(settings_));
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    FrameTiming timing;
+    timing.number = i;
+    timing.time = static_cast<std::int64_t>(i);
+    timing.isovalue = frames[i].isovalue;
+    PacketSizes sizes;
+    ISOREEL_ASSIGN(Packet packet, encoder.encode(frames[i].volume, timing, &sizes));
+    packets_.push_back(std::move(packet.data));
+    parts_.signs += sizes.signs;
+    parts_.motion += sizes.motion;
+    parts_.vertices += sizes.vertices;
+    parts_.other += sizes.other;
   }
-  void prepare(const Frame& frame) override {
-    volume_ = frame.volume;
-    timing_.isovalue = frame.isovalue;
-    packet_ = Bytes();
-    surface_ = {};
-    triangles_ = std::vector<Triangle>();
-  }
-  Status encode() override {
-    ISOREEL_ASSIGN(Encoder encoder, Encoder::create(settings_));
-    ISOREEL_ASSIGN(Packet packet, encoder.encode(volume_, timing_, &sizes_));
-    packet_ = std::move(packet.data);
-    return {};
-  }
-  /// The others give triangles, so ours have to be made as well.
-  Status decode() override {
-    ISOREEL_ASSIGN(surface_, decoder_.decode(packet_));
-    triangles_ = surface_.triangles();
-    return {};
-  }
-  std::size_t bytes() const override { return packet_.size(); }
-  PacketSizes parts() const override { return sizes_; }
-  inspect::Mesh mesh() const override { return inspect::meshOf(surface_); }
+  return {};
+}
 
- private:
-  EncoderSettings settings_;
-  Volume volume_;
-  FrameTiming timing_;
-  PacketSizes sizes_;
-  Bytes packet_;
-  Decoder decoder_;
-  Surface surface_;
-  std::vector<Triangle> triangles_;
-};
+Status IsoreelCoder::decode(const std::function<void(std::size_t, const Surface&)>& visit) const {
+  Decoder decoder;
+  for (std::size_t i = 0; i < packets_.size(); ++i) {
+    ISOREEL_ASSIGN(const Surface surface, decoder.decode(packets_[i]));
+    if (visit) {
+      visit(i, surface);
+    } else {
+      const auto triangles = surface.triangles();  // the others give triangles, so ours have to be made as well
+      if (triangles.size() != 2 * surface.quads.size()) return {ErrorCode::kBadData, "triangles are missing"};
+    }
+  }
+  return {};
+}
 
-}  // namespace
-
-std::unique_ptr<Coder> isoreelCoder(const Configuration& configuration, std::uint32_t step) {
-  Configuration at_step = configuration;
-  at_step.step = step;
-  return std::make_unique<IsoreelCoder>(at_step);
+std::size_t IsoreelCoder::bytes() const {
+  std::size_t sum = 0;
+  for (const Bytes& packet : packets_) sum += packet.size();
+  return sum;
 }
 
 }  // namespace isoreel::bench

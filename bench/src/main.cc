@@ -8,7 +8,6 @@
 // "bits": Draco's; "meshopt_bits"; "precisions": OpenCTM's, in cells; "tolerances": zfp's, times the samples'
 // contrast at the surface; "runs": timings are medians of so many; "samples": distances and timings are of so
 // many frames, evenly spread. A list that is not there leaves a coder out.
-#include <isoreel/codec/decoder.h>
 #include <tbb/global_control.h>
 
 #include <algorithm>
@@ -18,6 +17,7 @@
 #include <map>
 
 #include "coder.h"
+#include "isoreel_coder.h"
 #include "measure.h"
 #include "parallel.h"
 #include "sequence.h"
@@ -26,6 +26,8 @@ namespace isoreel::bench {
 namespace {
 
 constexpr std::size_t kDistanceSamples = 100'000;
+constexpr std::size_t kGop = 5;                 // frames, where GOPs go side by side
+constexpr std::uint32_t kWholeSequence = 1000;  // frames, everywhere else
 
 struct Distances {
   double extracted = 0, volume = 0;  // mean squares over the frames looked at, in cells
@@ -53,14 +55,10 @@ class Bench {
   /// Bytes of all frames; distances, times and memory of the sampled ones.
   Result<Json> point(Coder& coder) {
     std::size_t bytes = 0;
-    PacketSizes parts;
     for (const Frame& frame : sequence_.frames) {
       coder.prepare(frame);
       ISOREEL_TRY(coder.encode());
       bytes += coder.bytes();
-      parts.signs += coder.parts().signs;
-      parts.vertices += coder.parts().vertices;
-      parts.other += coder.parts().other;
     }
     const Label label = coder.label();
     // A coder's parameter alone decides what its meshes look like.
@@ -72,18 +70,27 @@ class Bench {
       ISOREEL_TRY(add(decode, [&] { return coder.decode(); }));
       if (is_new) addDistances(known->second, coder.mesh(), sample);
     }
-    Json result{{"coder", label.coder},
-                {"variant", label.variant},
-                {"parameter", label.parameter},
-                {"bytes", bytes},
-                {"rms_extracted", std::sqrt(known->second.extracted)},
-                {"rms_volume", std::sqrt(known->second.volume)},
-                {"encode_vertices_per_second", sampled_vertices_ / encode.seconds},
-                {"decode_vertices_per_second", sampled_vertices_ / decode.seconds},
-                {"encode_peak_bytes", encode.peak_bytes},
-                {"decode_peak_bytes", decode.peak_bytes}};
-    if (parts.signs != 0)
-      result["parts"] = {{"signs", parts.signs}, {"vertices", parts.vertices}, {"other", parts.other}};
+    return pointJson(label, bytes, known->second, encode, decode, sampled_vertices_);
+  }
+
+  /// Isoreel: bytes, times and memory of all frames, distances of the sampled ones.
+  Result<Json> point(IsoreelCoder& coder) const {
+    ISOREEL_ASSIGN(const Cost encode, measure(1, [&] { return coder.encode(sequence_.frames); }));
+    ISOREEL_ASSIGN(const Cost decode, measure(runs_, [&] { return coder.decode(); }));
+    Distances distances;
+    ISOREEL_TRY(coder.decode([&](std::size_t frame, const Surface& surface) {
+      for (const Sample& sample : samples_) {
+        if (sample.frame == &sequence_.frames[frame])
+          addDistances(distances, inspect::meshOf(surface), sample);
+      }
+    }));
+    Json result = pointJson(coder.label(), coder.bytes(), distances, encode, decode,
+                            static_cast<double>(sequence_.vertices()));
+    const PacketSizes& parts = coder.parts();
+    result["parts"] = {{"signs", parts.signs},
+                       {"motion", parts.motion},
+                       {"vertices", parts.vertices},
+                       {"other", parts.other}};
     return result;
   }
 
@@ -97,25 +104,22 @@ class Bench {
     return sampled_vertices_ / sum.seconds;
   }
 
-  /// Isoreel with whole frames side by side on so many threads, as the command line does it, by the clock on
+  /// Isoreel with whole GOPs side by side on so many threads, as the command line does it, by the clock on
   /// the wall.
-  Result<Json> throughput(std::size_t threads) {
+  Result<Json> throughput(std::size_t threads, const EncoderSettings& settings) const {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-    const auto& frames = sequence_.frames;
-    std::vector<Bytes> packets(frames.size());
-    std::vector<Status> statuses(frames.size());
+    const std::span<const Frame> frames = sequence_.frames;
+    std::vector<IsoreelCoder> gops((frames.size() + kGop - 1) / kGop, IsoreelCoder("", settings));
+    std::vector<Status> statuses(gops.size());
     const auto all = [&](const std::function<Status(std::size_t)>& work) {
-      parallelFor(frames.size(), [&](std::size_t i) { statuses[i] = work(i); });
+      parallelFor(gops.size(), [&](std::size_t i) { statuses[i] = work(i); });
       for (const Status& status : statuses) ISOREEL_TRY(status);
       return Status();
     };
-    const auto encode = [&](std::size_t i) -> Status {
-      ISOREEL_ASSIGN(Encoder encoder, Encoder::create({.configuration = sequence_.configuration}));
-      ISOREEL_ASSIGN(Packet packet, encoder.encode(frames[i].volume, {.isovalue = frames[i].isovalue}));
-      packets[i] = std::move(packet.data);
-      return {};
+    const auto encode = [&](std::size_t i) {
+      return gops[i].encode(frames.subspan(i * kGop, std::min(kGop, frames.size() - i * kGop)));
     };
-    const auto decode = [&](std::size_t i) -> Status { return Decoder().decode(packets[i]).status(); };
+    const auto decode = [&](std::size_t i) { return gops[i].decode([](std::size_t, const Surface&) {}); };
     std::vector<double> encode_seconds, decode_seconds;
     for (int run = 0; run < runs_; ++run) {
       ISOREEL_ASSIGN(encode_seconds.emplace_back(), wallSeconds([&] { return all(encode); }));
@@ -128,6 +132,19 @@ class Bench {
   }
 
  private:
+  static Json pointJson(const Label& label, std::size_t bytes, const Distances& distances, const Cost& encode,
+                        const Cost& decode, double vertices) {
+    return Json{{"coder", label.coder},
+                {"variant", label.variant},
+                {"parameter", label.parameter},
+                {"bytes", bytes},
+                {"rms_extracted", std::sqrt(distances.extracted)},
+                {"rms_volume", std::sqrt(distances.volume)},
+                {"encode_vertices_per_second", vertices / encode.seconds},
+                {"decode_vertices_per_second", vertices / decode.seconds},
+                {"encode_peak_bytes", encode.peak_bytes},
+                {"decode_peak_bytes", decode.peak_bytes}};
+  }
   Status add(Cost& sum, const std::function<Status()>& call) const {
     ISOREEL_ASSIGN(const Cost cost, measure(runs_, call));
     sum.seconds += cost.seconds;
@@ -151,11 +168,33 @@ class Bench {
   std::map<std::pair<std::string, double>, Distances> distances_;
 };
 
+/// What Isoreel is measured with: its default, the same for the distance to the extracted mesh, the fast
+/// preset, and the method of 2003, which codes every frame by itself.
+std::vector<IsoreelCoder> isoreelCoders(const Json& job, const Sequence& sequence) {
+  EncoderSettings main;
+  main.configuration = sequence.configuration;
+  main.frame_types = FrameTypes::kAuto;
+  main.gop = kWholeSequence;
+  EncoderSettings to_mesh = main, fast = main, classic = main;
+  to_mesh.heights.fit = Fit::kExtracted;
+  usePreset(Preset::kFast, fast);
+  classic.configuration.profile = Profile::kClassic;
+  classic.frame_types = FrameTypes::kIntra;
+  std::vector<IsoreelCoder> coders;
+  for (auto& [variant, settings] :
+       {std::pair{"main", main}, {"main to the mesh", to_mesh}, {"main fast", fast}, {"classic I", classic}}) {
+    EncoderSettings at_step = settings;
+    for (const double step : job.value("steps", std::vector<double>{})) {
+      at_step.configuration.step = static_cast<std::uint32_t>(step);
+      coders.emplace_back(variant, at_step);
+    }
+  }
+  return coders;
+}
+
 Coders codersFor(const Json& job, const Sequence& sequence) {
   const auto list = [&](const char* key) { return job.value(key, std::vector<double>{}); };
   Coders coders;
-  for (const double step : list("steps"))
-    coders.push_back(isoreelCoder(sequence.configuration, static_cast<std::uint32_t>(step)));
   for (const double speed : list("speeds")) {
     for (const double bits : list("bits"))
       coders.push_back(dracoCoder(static_cast<int>(speed), static_cast<int>(bits)));
@@ -183,15 +222,20 @@ Result<Json> run(const Json& job) {
               {"points", Json::array()}};
   ISOREEL_ASSIGN(result["extracted_vertices_per_second"], bench.extractedPerSecond());
   for (const std::size_t threads : {1u, 2u}) {
-    ISOREEL_ASSIGN(result["throughput"].emplace_back(), bench.throughput(threads));
+    EncoderSettings settings;
+    settings.configuration = sequence.configuration;
+    settings.frame_types = FrameTypes::kAuto;
+    ISOREEL_ASSIGN(result["throughput"].emplace_back(), bench.throughput(threads, settings));
   }
-  for (const auto& coder : codersFor(job, sequence)) {
-    const Label label = coder->label();
+  const auto measured = [&](const Label& label, auto& coder) -> Status {
     std::cerr << label.coder << ' ' << label.variant << ' ' << label.parameter << '\n';
-    Result<Json> point = bench.point(*coder);
+    Result<Json> point = bench.point(coder);
     if (!point) return point.status().at(label.coder + " " + label.variant);
     result["points"].push_back(*std::move(point));
-  }
+    return {};
+  };
+  for (IsoreelCoder& coder : isoreelCoders(job, sequence)) ISOREEL_TRY(measured(coder.label(), coder));
+  for (const auto& coder : codersFor(job, sequence)) ISOREEL_TRY(measured(coder->label(), *coder));
   return result;
 }
 
