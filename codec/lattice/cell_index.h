@@ -4,6 +4,7 @@
 
 #include <isoreel/codec/cell.h>
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -17,7 +18,8 @@ namespace isoreel {
 inline bool isActive(const Cell& cell) { return cell.corners != 0 && cell.corners != 0xFF; }
 
 /// Finds cells by coordinates, in a list that is in Morton order: the cells of an aligned 4×4×4 brick are
-/// neighbours in the list, so a bit mask and one number a brick are enough.
+/// neighbours in the list, so a bit mask and one number a brick are enough. The same goes for bricks among
+/// themselves.
 class CellIndex {
  public:
   struct Brick {
@@ -28,20 +30,32 @@ class CellIndex {
     std::int32_t x = 0, y = 0, z = 0;  // cell coordinates / 4
   };
   static constexpr std::uint32_t kNone = BrickMap::kNone;
+  /// Numbers of the bricks around a brick, by dx + 1 + 3 (dy + 1) + 9 (dz + 1), itself in the middle.
+  using Around = std::array<std::uint32_t, 27>;
 
   /// `cells` in Morton order; not kept.
   void build(std::span<const Cell> cells);
   /// Place of the cell in the list, or kNone. Coordinates from -1 to 65536.
   std::uint32_t find(std::int32_t x, std::int32_t y, std::int32_t z) const {
-    const std::uint32_t number = map_.find(x >> 2, y >> 2, z >> 2);
-    if (number == BrickMap::kNone) return kNone;
+    const std::uint32_t number = brickAt(x >> 2, y >> 2, z >> 2);
+    if (number == kNone) return kNone;
     return place(bricks_[number], bit(x, y, z));
   }
-  const std::vector<Brick>& bricks() const { return bricks_; }
+  std::span<const Brick> bricks() const { return std::span(bricks_).first(around_.size()); }
+  /// The bricks around one. One that is not there has the number bricks().size().
+  const Around& around(std::size_t number) const { return around_[number]; }
+  /// By number; an empty one for bricks().size().
+  const Brick& brickOrEmpty(std::size_t number) const { return bricks_[number]; }
   /// Memory beyond the object itself.
-  std::uint64_t bytes() const { return bricks_.capacity() * sizeof(Brick) + map_.bytes(); }
-  /// Number of the brick at brick coordinates, or BrickMap::kNone.
-  std::uint32_t brickAt(std::int32_t x, std::int32_t y, std::int32_t z) const { return map_.find(x, y, z); }
+  std::uint64_t bytes() const {
+    return (bricks_.capacity() + blocks_.capacity()) * sizeof(Brick) + around_.capacity() * sizeof(Around) +
+           map_.bytes();
+  }
+  /// Number of the brick at brick coordinates, or kNone.
+  std::uint32_t brickAt(std::int32_t x, std::int32_t y, std::int32_t z) const {
+    const std::uint32_t number = map_.find(x >> 2, y >> 2, z >> 2);
+    return number == kNone ? kNone : place(blocks_[number], bit(x, y, z));
+  }
 
   static std::uint64_t bit(std::int32_t x, std::int32_t y, std::int32_t z) {
     const auto spread = [](std::int32_t v) { return (v & 1) | (v & 2) << 2; };
@@ -53,8 +67,14 @@ class CellIndex {
   }
 
  private:
-  BrickMap map_;
-  std::vector<Brick> bricks_;
+  template <class Cells>
+  static void group(const Cells& cells, std::size_t count, std::vector<Brick>& bricks);
+  void connect();
+
+  std::vector<Brick> bricks_;  // and an empty one
+  std::vector<Brick> blocks_;  // the bricks of bricks
+  BrickMap map_;               // of blocks_
+  std::vector<Around> around_;
 };
 
 }  // namespace isoreel

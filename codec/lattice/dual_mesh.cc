@@ -16,16 +16,15 @@ class Places {
   /// Where in the table the cell is that has this bit (by number) in CellIndex::Brick::mask.
   static std::size_t slot(int bit) { return kSlots[static_cast<std::size_t>(bit)]; }
 
-  void gather(const CellIndex& index, const CellIndex::Brick& brick) {
+  void gather(const CellIndex& index, std::size_t number) {
     places_.fill(CellIndex::kNone);
+    const CellIndex::Brick& brick = index.bricks()[number];
     std::uint32_t next = brick.first;
     for (std::uint64_t mask = brick.mask; mask != 0; mask &= mask - 1)
       places_[slot(std::countr_zero(mask))] = next++;
     for (int lower = 1; lower < 8; ++lower) {  // the axes along which the neighbour brick is lower
-      const std::uint32_t number =
-          index.brickAt(brick.x - (lower & 1), brick.y - (lower >> 1 & 1), brick.z - (lower >> 2));
-      if (number == BrickMap::kNone) continue;
-      const CellIndex::Brick& other = index.bricks()[number];
+      const auto around = static_cast<std::size_t>(13 - (lower & 1) - 3 * (lower >> 1 & 1) - 9 * (lower >> 2));
+      const CellIndex::Brick& other = index.brickOrEmpty(index.around(number)[around]);
       std::uint64_t mask = other.mask;
       std::size_t back = 0;
       for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -100,8 +99,9 @@ std::vector<Quad> dualQuads(std::span<const Cell> cells, const CellIndex& index)
     std::uint8_t back;
   };
   std::array<Edge, std::size_t{3} * 64 + 1> edges;
-  for (const CellIndex::Brick& brick : index.bricks()) {
-    places.gather(index, brick);
+  for (std::size_t number = 0; number < index.bricks().size(); ++number) {
+    const CellIndex::Brick& brick = index.bricks()[number];
+    places.gather(index, number);
     const bool at_border = brick.x == 0 || brick.y == 0 || brick.z == 0;
     // First which edges, then their quads: where an edge lies in its brick is anybody's guess, and so would
     // be a branch on it.

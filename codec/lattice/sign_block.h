@@ -78,11 +78,14 @@ class SignBlock {
     return {countBits(three.known) + countBits(last.known >> shift & kFour),
             countBits(three.inside) + countBits(last.inside >> shift & kFour)};
   }
-  /// Makes the node in the middle of around() known.
-  static void setMiddle(SignWindow* at, int shift, bool inside) {
-    shift += SignWindow::kLane + 1;
-    at[kNextPlane].known |= std::uint64_t{1} << shift;
-    at[kNextPlane].inside |= std::uint64_t{inside} << shift;
+  /// Makes nodes of a cell at x, in its row's windows, known: those of its 27, as around() has them, that are
+  /// in `nodes.known`.
+  static void set(SignWindow* windows, int x, const SignWindow& nodes) {
+    SignWindow* at = windows + kNextPlane;
+    for (int plane = 0; plane < 3; ++plane, at += kNextPlane) {
+      at->add({(nodes.known >> 3 * plane & SignWindow::kSquare) << (SignWindow::kLane + 1 + 2 * x),
+               (nodes.inside >> 3 * plane & SignWindow::kSquare) << (SignWindow::kLane + 1 + 2 * x)});
+    }
   }
 
   /// Adds what the neighbouring brick at offset (dx, dy, dz), each -1 to 1, knows of the nodes of this block.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "lattice/surroundings.h"
 
-#include <bit>
+#include <cstring>
 #include <utility>
 
 #include "lattice/brick_halo.h"
@@ -9,31 +9,28 @@
 namespace isoreel {
 namespace {
 
+// Two words that go the same way: nodes that are known, and those of them inside.
+using Pair = std::uint64_t __attribute__((vector_size(16)));
+
+// By the signs of a square's corners: two bits in each of two rows.
+constexpr std::array<std::uint16_t, 16> kSpread{0x000, 0x001, 0x002, 0x003, 0x100, 0x101, 0x102, 0x103,
+                                                0x200, 0x201, 0x202, 0x203, 0x300, 0x301, 0x302, 0x303};
+
 // The nodes from -1 to 5 around a brick: a word for each z, eight bits for each y.
 class Nodes {
  public:
-  void clear() {
-    known_.fill(0);
-    inside_.fill(0);
-  }
-  /// The corners of the cell in a slot of a halo.
-  void add(std::size_t slot, std::uint32_t corners) {
-    const auto [plane, shift] = kPlaces[slot];
-    const std::uint64_t low = kSpread[corners & 15], high = kSpread[corners >> 4];
-    known_[plane] |= std::uint64_t{1} << shift;  // of the cell, until extend()
-    inside_[plane] |= low << shift;
-    inside_[plane + 1u] |= high << shift;
+  /// From the bricks around, numbered as in CellIndex::Around.
+  void gather(const Surroundings::OwnNodes* owns, const CellIndex::Around& around) {
+    std::array<Pair, 7> planes{};
+    gather(owns, around, planes, std::make_index_sequence<27>());
+    for (std::size_t z = 0; z < 7; ++z) {
+      known_[z] = planes[z][0];
+      inside_[z] = planes[z][1];
+    }
   }
   /// Nodes that no active cell has as a corner are as those one step nearer: no edge between them changes
   /// sign.
   void extend() {
-    std::uint64_t below = 0;
-    for (std::uint64_t& known : known_) {
-      std::uint64_t corners = known | known << 1;
-      corners |= corners << 8;
-      known = corners | below;
-      below = corners;
-    }
     for (std::size_t z = 0; z < 7; ++z) {
       const std::uint64_t right = known_[z] << 1 & kRows & ~known_[z],
                           left = known_[z] >> 1 & ~known_[z] & ~right;
@@ -56,10 +53,6 @@ class Nodes {
 
  private:
   static constexpr std::uint64_t kRows = 0x007F7F7F7F7F7F7F;
-  // By the signs of a square's corners: two bits in each of two rows.
-  static constexpr std::array<std::uint16_t, 16> kSpread{0x000, 0x001, 0x002, 0x003, 0x100, 0x101,
-                                                         0x102, 0x103, 0x200, 0x201, 0x202, 0x203,
-                                                         0x300, 0x301, 0x302, 0x303};
   // Four nodes of four rows of each of two planes, in 32 bits.
   static std::uint64_t pack(std::uint64_t low, std::uint64_t high) {
     std::uint64_t rows = (low & 0x0F0F0F0F) | (high & 0x0F0F0F0F) << 32;
@@ -68,15 +61,33 @@ class Nodes {
     return (rows | rows >> 16) & 0xFFFFFFFF;
   }
 
-  // By slot of a halo: z + 1, and the bit of the cell's corner 0 in its plane.
-  static constexpr auto kPlaces = [] {
-    std::array<std::pair<std::uint8_t, std::uint8_t>, 216> places{};
-    for (std::size_t slot = 0; slot < places.size(); ++slot) {
-      places[slot] = {static_cast<std::uint8_t>(slot / 36),
-                      static_cast<std::uint8_t>(8 * (slot / 6 % 6) + slot % 6)};
+  template <std::size_t... N>
+  static void gather(const Surroundings::OwnNodes* owns, const CellIndex::Around& around,
+                     std::array<Pair, 7>& planes, std::index_sequence<N...>) {
+    (add<static_cast<int>(N)>(owns[around[N]], planes), ...);
+  }
+  // What the brick at one offset has of these nodes.
+  template <int N>
+  static void add(const Surroundings::OwnNodes& own, std::array<Pair, 7>& planes) {
+    constexpr int kX = N % 3 - 1, kY = N / 3 % 3 - 1, kZ = N / 9 - 1;
+    // Of either axis: the other's last two nodes, all five, or its first two.
+    constexpr std::uint64_t kColumns = kX < 0 ? 0x18 : kX > 0 ? 0x03 : 0x1F;
+    constexpr std::uint64_t kRowBits = kY < 0 ? 0x0101000000 : kY > 0 ? 0x0101 : 0x0101010101;
+    constexpr std::uint64_t kMask = kColumns * kRowBits;
+    constexpr int kUp = 9 + 32 * kY + 4 * kX;
+    constexpr int kFirst = kZ < 0 ? 3 : 0, kLast = kZ > 0 ? 1 : 4;
+    for (int z = kFirst; z <= kLast; ++z) {
+      Pair nodes;
+      std::memcpy(&nodes, own.planes[static_cast<std::size_t>(z)].data(), sizeof nodes);
+      nodes &= Pair{kMask, kMask};
+      Pair& to = planes[static_cast<std::size_t>(z + 1 + 4 * kZ)];
+      if constexpr (kUp >= 0) {
+        to |= nodes << kUp;
+      } else {
+        to |= nodes >> -kUp;
+      }
     }
-    return places;
-  }();
+  }
 
   std::array<std::uint64_t, 7> known_, inside_;
 };
@@ -125,18 +136,42 @@ void Surroundings::build(std::span<const Cell> cells, const CellIndex& index) {
   faces.resize(cells.size());
   signs.resize(cells.size());
   for (Colour& colour : colours) {
-    colour.cells.clear();
-    colour.counts.clear();
+    colour.cells.resize(cells.size());
+    colour.counts.resize(cells.size());
   }
-  std::array<std::size_t, 2> used{};
+  std::array<std::size_t, 2> used{}, listed{};
+  const std::size_t bricks = index.bricks().size();
+  owns_.resize(bricks + 1);  // and an empty one
+  own_nodes_.resize(bricks + 1);
+  for (std::size_t number = 0; number <= bricks; ++number) {
+    const CellIndex::Brick& brick = index.brickOrEmpty(number);
+    BrickHalo::Own& own = owns_[number];
+    own.ranks.fill(-1);
+    own.first = brick.first;
+    OwnNodes own_nodes;
+    for (std::uint32_t i = 0; i < brick.count; ++i) {
+      const Cell& cell = cells[brick.first + i];
+      const unsigned x = cell.x & 3u, y = cell.y & 3u, z = cell.z & 3u;
+      own.ranks[x + 4 * y + 16 * z] = static_cast<std::int8_t>(i);
+      own_nodes.planes[z][1] |= std::uint64_t{kSpread[cell.corners & 15u]} << (x + 8 * y);
+      own_nodes.planes[z + 1][1] |= std::uint64_t{kSpread[cell.corners >> 4]} << (x + 8 * y);
+    }
+    for (std::size_t z = 0; z < 4; ++z) {
+      const std::uint64_t rows = brick.rows >> 16 * z;
+      std::uint64_t corners = (rows & 0xF) | (rows & 0xF0) << 4 | (rows & 0xF00) << 8 | (rows & 0xF000) << 12;
+      corners |= corners << 1;
+      corners |= corners << 8;
+      own_nodes.planes[z][0] |= corners;
+      own_nodes.planes[z + 1][0] |= corners;
+    }
+    own_nodes_[number] = own_nodes;
+  }
   Nodes nodes;
   BrickHalo halo;
-  bricks_.build(index);
-  for (std::size_t number = 0; number < index.bricks().size(); ++number) {
+  for (std::size_t number = 0; number < bricks; ++number) {
     const CellIndex::Brick& brick = index.bricks()[number];
-    nodes.clear();
-    halo.gather(index, bricks_[number]);
-    halo.forEach([&](std::size_t slot, std::uint32_t place) { nodes.add(slot, cells[place].corners); });
+    halo.gather(owns_.data(), index.around(number));
+    nodes.gather(own_nodes_.data(), index.around(number));
     nodes.extend();
     for (std::size_t k = 0; k < 2; ++k) {
       if (colours[k].links.size() < used[k] + 14 * 64) colours[k].links.resize(2 * used[k] + 14 * 64);
@@ -173,9 +208,13 @@ void Surroundings::build(std::span<const Cell> cells, const CellIndex& index) {
         count = near | far << 4;
         used[odd] += near + far;
       }
-      colour.cells.push_back(i);
-      colour.counts.push_back(static_cast<std::uint8_t>(count));
+      colour.cells[listed[odd]] = i;
+      colour.counts[listed[odd]++] = static_cast<std::uint8_t>(count);
     }
+  }
+  for (std::size_t k = 0; k < 2; ++k) {
+    colours[k].cells.resize(listed[k]);
+    colours[k].counts.resize(listed[k]);
   }
 }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "lattice/brick_halo.h"
+#include "lattice/cell_index.h"
 
 namespace isoreel {
 
@@ -39,8 +40,16 @@ struct Surroundings {
   /// call.
   void build(std::span<const Cell> cells, const CellIndex& index);
 
+  /// What a brick's own cells say of its nodes from 0 to 4: by z, those that are known, then those inside; bit
+  /// x + 8y.
+  struct OwnNodes {
+    alignas(16) std::array<std::array<std::uint64_t, 2>, 5> planes{};
+  };
+
  private:
-  BrickHalo::Around bricks_;
+  // By number of brick, while building.
+  std::vector<BrickHalo::Own> owns_;
+  std::vector<OwnNodes> own_nodes_;
 };
 
 }  // namespace isoreel
