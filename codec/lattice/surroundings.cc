@@ -117,6 +117,9 @@ constexpr std::array<std::ptrdiff_t, 8> kCornerSteps{stepOf(-1, -1, -1), stepOf(
                                                      stepOf(1, 1, -1),   stepOf(-1, -1, 1), stepOf(1, -1, 1),
                                                      stepOf(-1, 1, 1),   stepOf(1, 1, 1)};
 
+// Of a brick's cells, and what may be read behind the last.
+constexpr std::size_t kLinkRoom = 14 * 64 + 16;
+
 // Adds the cells at `steps` from a slot that come before `end`; returns how many.
 template <std::size_t N>
 std::uint8_t link(const BrickHalo& halo, std::size_t slot, const std::array<std::ptrdiff_t, N>& steps,
@@ -174,7 +177,7 @@ void Surroundings::build(std::span<const Cell> cells, const CellIndex& index) {
     nodes.gather(own_nodes_.data(), index.around(number));
     nodes.extend();
     for (std::size_t k = 0; k < 2; ++k) {
-      if (colours[k].links.size() < used[k] + 14 * 64) colours[k].links.resize(2 * used[k] + 14 * 64);
+      if (colours[k].links.size() < used[k] + kLinkRoom) colours[k].links.resize(2 * used[k] + kLinkRoom);
     }
     for (std::uint32_t i = brick.first; i < brick.first + brick.count; ++i) {
       const Cell& cell = cells[i];

@@ -30,7 +30,8 @@ struct Surroundings {
     /// Even cells: how many of the cells that differ by 1 in two coordinates come earlier. Odd cells: in bits
     /// 0 to 2 those that differ in one, from bit 4 those that differ in three.
     std::vector<std::uint8_t> counts;
-    std::vector<std::uint32_t> links;  // these cells, one cell's after the other's
+    /// These cells, one cell's after the other's; at least 16 more may be read.
+    std::vector<std::uint32_t> links;
   };
   static std::uint32_t linkCount(std::uint8_t count) { return (count & 15u) + (count >> 4); }
   /// Even, then odd: no two odd cells are linked.
