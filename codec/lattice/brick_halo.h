@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cstdint>
-#include <cstring>
 #include <utility>
 
 #ifdef __SSE2__
@@ -24,13 +23,22 @@ class BrickHalo {
   /// The cells of a brick: where the list has the first one, and by x + 4y + 16z how many come before it, or
   /// -1 where there is none.
   struct Own {
-    alignas(16) std::array<std::int8_t, 64> ranks;
-    std::uint32_t first = 0;
+    std::array<std::int16_t, 64> ranks;
+    std::uint32_t first;
   };
+  static constexpr Own kEmpty = [] {
+    Own own{};
+    own.ranks.fill(-1);
+    return own;
+  }();
 
   /// Fills the slots. `owns`: by number of brick, `around`: the numbers of the 27, as of CellIndex.
   void gather(const Own* owns, const std::array<std::uint32_t, 27>& around) {
     gather(owns, around, std::make_index_sequence<27>());
+  }
+  /// Those of the brick itself, and those next to them that are lower along any axes.
+  void gatherLower(const Own* owns, const std::array<std::uint32_t, 27>& around) {
+    gather(owns, around, std::index_sequence<0, 1, 3, 4, 9, 10, 12, 13>());
   }
   /// The place of the cell in a slot, or kNone.
   std::uint32_t operator[](std::size_t slot) const { return places_[slot]; }
@@ -48,7 +56,7 @@ class BrickHalo {
     constexpr auto kLast = [](int d) { return d > 0 ? 0 : 3; };
     for (int z = kFirst(kZ); z <= kLast(kZ); ++z) {
       for (int y = kFirst(kY); y <= kLast(kY); ++y) {
-        const std::int8_t* const from = own.ranks.data() + kFirst(kX) + 4 * y + 16 * z;
+        const std::int16_t* const from = own.ranks.data() + kFirst(kX) + 4 * y + 16 * z;
         std::uint32_t* const to = places_.data() + slot(kFirst(kX) + 4 * kX, y + 4 * kY, z + 4 * kZ);
         if constexpr (kX == 0) {
           putRow(own.first, from, to);
@@ -61,13 +69,10 @@ class BrickHalo {
   static std::uint32_t place(std::uint32_t first, std::int32_t rank) {
     return (first + static_cast<std::uint32_t>(rank)) | static_cast<std::uint32_t>(rank >> 31);
   }
-  static void putRow(std::uint32_t first, const std::int8_t* ranks, std::uint32_t* to) {
+  static void putRow(std::uint32_t first, const std::int16_t* ranks, std::uint32_t* to) {
 #ifdef __SSE2__
-    std::int32_t four;
-    std::memcpy(&four, ranks, sizeof four);
-    __m128i rank = _mm_cvtsi32_si128(four);
-    rank = _mm_unpacklo_epi8(rank, rank);
-    rank = _mm_srai_epi32(_mm_unpacklo_epi16(rank, rank), 24);
+    __m128i rank = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(ranks));
+    rank = _mm_srai_epi32(_mm_unpacklo_epi16(rank, rank), 16);
     const __m128i places = _mm_or_si128(_mm_add_epi32(rank, _mm_set1_epi32(static_cast<std::int32_t>(first))),
                                         _mm_srai_epi32(rank, 31));
     _mm_storeu_si128(reinterpret_cast<__m128i*>(to), places);

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "lattice/cell_index.h"
 
-#include <bit>
-
-#include "lattice/brick_halo.h"
+#include <algorithm>
 
 namespace isoreel {
 namespace {
@@ -23,54 +21,61 @@ constexpr std::uint64_t inMortonOrder(std::uint64_t rows) {
 
 }  // namespace
 
-// The bricks of `count` cells or bricks.
+// The bricks of `count` cells or bricks, and an empty one.
 template <class Cells>
-void CellIndex::group(const Cells& cells, std::size_t count, std::vector<Brick>& bricks) {
+void CellIndex::group(const Cells& cells, std::size_t count, std::vector<Brick>& bricks,
+                      std::vector<BrickHalo::Own>& owns) {
   bricks.clear();
+  owns.clear();
   for (std::size_t i = 0; i < count;) {
     Brick brick;
     brick.first = static_cast<std::uint32_t>(i);
     brick.x = cells[i].x >> 2;
     brick.y = cells[i].y >> 2;
     brick.z = cells[i].z >> 2;
-    for (; i < count; ++i) {
+    BrickHalo::Own& own = owns.emplace_back(BrickHalo::kEmpty);
+    own.first = brick.first;
+    for (std::int16_t rank = 0; i < count; ++i, ++rank) {
       const std::int32_t x = cells[i].x - 4 * brick.x, y = cells[i].y - 4 * brick.y,
                          z = cells[i].z - 4 * brick.z;
       if (static_cast<std::uint32_t>(x | y | z) > 3) break;
-      brick.rows |= std::uint64_t{1} << (x + 4 * y + 16 * z);
+      const auto row = static_cast<std::size_t>(x + 4 * y + 16 * z);
+      brick.rows |= std::uint64_t{1} << row;
+      own.ranks[row] = rank;
     }
     brick.mask = inMortonOrder(brick.rows);
     brick.count = static_cast<std::uint32_t>(i) - brick.first;
     bricks.push_back(brick);
   }
+  bricks.emplace_back();
+  owns.push_back(BrickHalo::kEmpty);
 }
 
 void CellIndex::build(std::span<const Cell> cells) {
-  group(cells, cells.size(), bricks_);
-  group(bricks_, bricks_.size(), blocks_);
+  group(cells, cells.size(), bricks_, owns_);
+  group(bricks_, bricks_.size() - 1, blocks_, block_owns_);
   map_.clear();
-  for (const Brick& block : blocks_) map_.findOrAdd(block.x, block.y, block.z);
-  around_.resize(bricks_.size());
-  bricks_.emplace_back();
+  for (std::size_t i = 0; i + 1 < blocks_.size(); ++i) map_.findOrAdd(blocks_[i].x, blocks_[i].y, blocks_[i].z);
+  around_.resize(bricks_.size() - 1);
   connect();
 }
 
+// Finds the bricks around each, block by block.
 void CellIndex::connect() {
+  const auto none = static_cast<std::uint32_t>(around_.size());
   std::array<std::uint32_t, BrickHalo::kSlots> numbers;
-  for (const Brick& block : blocks_) {
-    numbers.fill(static_cast<std::uint32_t>(around_.size()));
-    for (std::int32_t n = 0; n < 27; ++n) {
-      const std::int32_t dx = n % 3 - 1, dy = n / 3 % 3 - 1, dz = n / 9 - 1;
-      const std::uint32_t found = n == 13 ? static_cast<std::uint32_t>(&block - blocks_.data())
-                                          : map_.find(block.x + dx, block.y + dy, block.z + dz);
-      if (found == kNone) continue;
-      const Brick& other = blocks_[found];
-      for (std::uint32_t i = other.first; i < other.first + other.count; ++i) {
-        const std::int32_t x = bricks_[i].x - 4 * block.x, y = bricks_[i].y - 4 * block.y,
-                           z = bricks_[i].z - 4 * block.z;
-        if (x >= -1 && x <= 4 && y >= -1 && y <= 4 && z >= -1 && z <= 4) numbers[BrickHalo::slot(x, y, z)] = i;
-      }
+  BrickHalo halo;
+  for (std::uint32_t number = 0; number + 1 < blocks_.size(); ++number) {
+    const Brick& block = blocks_[number];
+    Around blocks;
+    for (std::uint32_t n = 0; n < blocks.size(); ++n) {
+      const auto d = static_cast<std::int32_t>(n);
+      const std::uint32_t found =
+          n == 13 ? number : map_.find(block.x + d % 3 - 1, block.y + d / 3 % 3 - 1, block.z + d / 9 - 1);
+      blocks[n] = found == kNone ? static_cast<std::uint32_t>(blocks_.size() - 1) : found;
     }
+    halo.gather(block_owns_.data(), blocks);
+    for (std::size_t slot = 0; slot < numbers.size(); ++slot) numbers[slot] = std::min(halo[slot], none);
     for (std::uint32_t i = block.first; i < block.first + block.count; ++i) {
       const std::uint32_t* from = &numbers[BrickHalo::slot(bricks_[i].x & 3, bricks_[i].y & 3, bricks_[i].z & 3) -
                                            BrickHalo::slot(0, 0, 0)];

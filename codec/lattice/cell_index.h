@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "lattice/bits.h"
+#include "lattice/brick_halo.h"
 #include "lattice/brick_map.h"
 #include "lattice/morton.h"
 
@@ -46,10 +47,12 @@ class CellIndex {
   const Around& around(std::size_t number) const { return around_[number]; }
   /// By number; an empty one for bricks().size().
   const Brick& brickOrEmpty(std::size_t number) const { return bricks_[number]; }
+  /// The places of the bricks' cells, by number; for bricks().size() none.
+  const BrickHalo::Own* owns() const { return owns_.data(); }
   /// Memory beyond the object itself.
   std::uint64_t bytes() const {
     return (bricks_.capacity() + blocks_.capacity()) * sizeof(Brick) + around_.capacity() * sizeof(Around) +
-           map_.bytes();
+           (owns_.capacity() + block_owns_.capacity()) * sizeof(BrickHalo::Own) + map_.bytes();
   }
   /// Number of the brick at brick coordinates, or kNone.
   std::uint32_t brickAt(std::int32_t x, std::int32_t y, std::int32_t z) const {
@@ -68,13 +71,15 @@ class CellIndex {
 
  private:
   template <class Cells>
-  static void group(const Cells& cells, std::size_t count, std::vector<Brick>& bricks);
+  static void group(const Cells& cells, std::size_t count, std::vector<Brick>& bricks,
+                    std::vector<BrickHalo::Own>& owns);
   void connect();
 
   std::vector<Brick> bricks_;  // and an empty one
   std::vector<Brick> blocks_;  // the bricks of bricks
   BrickMap map_;               // of blocks_
   std::vector<Around> around_;
+  std::vector<BrickHalo::Own> owns_, block_owns_;
 };
 
 }  // namespace isoreel

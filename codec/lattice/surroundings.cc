@@ -144,18 +144,13 @@ void Surroundings::build(std::span<const Cell> cells, const CellIndex& index) {
   }
   std::array<std::size_t, 2> used{}, listed{};
   const std::size_t bricks = index.bricks().size();
-  owns_.resize(bricks + 1);  // and an empty one
-  own_nodes_.resize(bricks + 1);
+  own_nodes_.resize(bricks + 1);  // and those of an empty one
   for (std::size_t number = 0; number <= bricks; ++number) {
     const CellIndex::Brick& brick = index.brickOrEmpty(number);
-    BrickHalo::Own& own = owns_[number];
-    own.ranks.fill(-1);
-    own.first = brick.first;
     OwnNodes own_nodes;
     for (std::uint32_t i = 0; i < brick.count; ++i) {
       const Cell& cell = cells[brick.first + i];
       const unsigned x = cell.x & 3u, y = cell.y & 3u, z = cell.z & 3u;
-      own.ranks[x + 4 * y + 16 * z] = static_cast<std::int8_t>(i);
       own_nodes.planes[z][1] |= std::uint64_t{kSpread[cell.corners & 15u]} << (x + 8 * y);
       own_nodes.planes[z + 1][1] |= std::uint64_t{kSpread[cell.corners >> 4]} << (x + 8 * y);
     }
@@ -173,7 +168,7 @@ void Surroundings::build(std::span<const Cell> cells, const CellIndex& index) {
   BrickHalo halo;
   for (std::size_t number = 0; number < bricks; ++number) {
     const CellIndex::Brick& brick = index.bricks()[number];
-    halo.gather(owns_.data(), index.around(number));
+    halo.gather(index.owns(), index.around(number));
     nodes.gather(own_nodes_.data(), index.around(number));
     nodes.extend();
     for (std::size_t k = 0; k < 2; ++k) {

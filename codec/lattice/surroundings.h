@@ -48,9 +48,7 @@ struct Surroundings {
   };
 
  private:
-  // By number of brick, while building.
-  std::vector<BrickHalo::Own> owns_;
-  std::vector<OwnNodes> own_nodes_;
+  std::vector<OwnNodes> own_nodes_;  // by number of brick, while building
 };
 
 }  // namespace isoreel
