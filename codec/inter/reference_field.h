@@ -30,7 +30,8 @@ class ReferenceField {
   /// Memory beyond the object itself.
   std::uint64_t bytes() const {
     return map_.bytes() + bricks_.capacity() * sizeof(Brick) + sources_.capacity() * sizeof(Source) +
-           places_.capacity() * sizeof(Place);
+           places_.capacity() * sizeof(Place) + links_.capacity() * sizeof(Link) +
+           first_links_.capacity() * sizeof(std::uint32_t);
   }
 
  private:
@@ -55,13 +56,29 @@ class ReferenceField {
     std::int32_t x, y, z;  // coordinates / 8
   };
 
-  void add(const ReferencePlane& plane, std::array<std::int32_t, 3>& brick, std::uint32_t& number);
+  // That a source has nodes of a brick; the next one's place in links_.
+  struct Link {
+    std::uint32_t source, offset, next;
+  };
+  struct Last {
+    Place brick{-1, -1, -1};
+    std::uint32_t number = 0;
+  };
+  static constexpr std::int32_t kWide = kSide + 4;  // a row of a brick's nodes while they are gathered
+
+  void add(const ReferencePlane& plane);
   void gather(std::uint32_t number);
+  template <std::size_t Offset>
+  static void merge(const std::int32_t* source, std::int32_t* nodes);
+  static void mergeFrom(const std::int32_t* source, std::uint32_t offset, std::int32_t* nodes);
 
   BrickMap map_;
   std::vector<Place> places_;
   std::vector<Brick> bricks_;
   std::vector<Source> sources_;  // of the first bricks
+  std::vector<Link> links_;
+  std::vector<std::uint32_t> first_links_;  // by brick
+  std::array<Last, 8> last_;                // the bricks of the last vertices, by their lowest bits
 
  public:
   /// Looks places up; remembers the bricks of the last ones. One for each thread, for a field that stays as
