@@ -95,7 +95,8 @@ class ReferenceField {
       // A block of motion, wherever it is moved to, is in no two bricks with the same lowest bits.
       Found& found =
           found_[static_cast<std::size_t>((brick[0] & 1) | (brick[1] & 1) << 1 | (brick[2] & 1) << 2)];
-      if (brick != found.brick) found = look(brick);
+      if (((brick[0] ^ found.brick[0]) | (brick[1] ^ found.brick[1]) | (brick[2] ^ found.brick[2])) != 0)
+        found = look(brick);
       if (found.nodes == nullptr) return CornerValues::unknown();
       constexpr std::int32_t kInBrick = kSide - 1;
       return CornerValues::load<kRow, kPlane>(found.nodes + (place[2] >> kPositionBits & kInBrick) * kPlane +
