@@ -132,6 +132,7 @@ struct Decoder::State {
   PacketModels models;
   HeightFrame heights;
   CellIndex index;
+  SignTreeMemory tree;
   std::vector<Cell> cells;  // of the surface decoded last
   // What a P packet goes on from: the packet decoded last, when it was decoded whole.
   std::optional<Configuration> configuration;
@@ -199,7 +200,8 @@ Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
   state.configuration.reset();  // until this packet is decoded whole, nothing can go on from it
 
   const Grid& grid = configuration.grid;
-  SignTree<RangeGet, UnknownTruth> tree(grid, {}, header.vertices, state.models.signs);
+  state.tree.cells = std::move(state.cells);
+  SignTree<RangeGet, UnknownTruth> tree(grid, {}, header.vertices, state.models.signs, std::move(state.tree));
   const std::uint32_t depth = tree.depth();
   const std::uint32_t wanted = std::min(options.level.value_or(depth), depth);
   // Where P packets may follow, the rest is decoded too: they go on from it.
@@ -249,6 +251,7 @@ Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
   if (!motion_bytes || !vertex_bytes) return surfaceFromSigns(tree.takeCells(), grid, 0);
 
   std::vector<Cell> cells = tree.takeCells();  // of the deepest level: all active
+  state.tree = tree.takeMemory();
   if (cells.size() != header.vertices) return counts("active cells", cells.size(), header.vertices);
   state.index.build(cells);
   const ResidualSteps steps{static_cast<std::int32_t>(header.step),

@@ -44,6 +44,13 @@ struct NothingMoved {
   static MovedOpinion at(int, int, int, std::uint16_t) { return {}; }
 };
 
+/// What a tree works with; kept from one to the next, it spares the memory's allocation.
+struct SignTreeMemory {
+  std::vector<Cell> cells, children;
+  CellIndex index;
+  std::vector<SignBlock> blocks;
+};
+
 /// The tree while it is coded. Truth answers for the encoder, asked in Morton order within a level:
 ///   bool sign(const LevelLattice&, int x, int y, int z)   whether a lattice node is inside
 ///   bool divided(std::uint32_t level, const Cell&)        whether a cell whose corners agree holds a sign
@@ -52,14 +59,27 @@ template <class Coder, class Truth>
 class SignTree {
  public:
   /// `grid` and `models` must outlive the tree.
-  SignTree(const Grid& grid, Truth truth, std::size_t max_cells, SignTreeModels& models)
-      : grid_(grid), depth_(octreeDepth(grid)), truth_(truth), max_cells_(max_cells), models_(models) {}
+  SignTree(const Grid& grid, Truth truth, std::size_t max_cells, SignTreeModels& models,
+           SignTreeMemory memory = {})
+      : grid_(grid),
+        depth_(octreeDepth(grid)),
+        truth_(truth),
+        max_cells_(max_cells),
+        cells_(std::move(memory.cells)),
+        children_(std::move(memory.children)),
+        index_(std::move(memory.index)),
+        blocks_(std::move(memory.blocks)),
+        models_(models) {}
 
   std::uint32_t depth() const { return depth_; }
   /// The heterogeneous cells of the level coded last, in Morton order. Those of the deepest level are all
   /// active.
   const std::vector<Cell>& cells() const { return cells_; }
   std::vector<Cell> takeCells() { return std::move(cells_); }
+  /// Afterwards the tree is of no more use.
+  SignTreeMemory takeMemory() {
+    return {std::move(cells_), std::move(children_), std::move(index_), std::move(blocks_)};
+  }
 
   /// Codes level 0: the root's corners, and its leaf bit when they agree.
   Status codeRoot(Coder& signs, Coder& leaves) {
@@ -146,33 +166,21 @@ class SignTree {
   void lookAround(std::uint32_t number) {
     around_count_ = 0;
     const CellIndex::Around& numbers = index_.around(number);
-    for (std::uint32_t n = 0; n < numbers.size(); ++n) {
-      around_[around_count_] = {numbers[n], kOffsets[n]};
-      around_count_ += numbers[n] < blocks_.size();
+    for (std::uint32_t offset = 0; offset < numbers.size(); ++offset) {
+      around_[around_count_] = {numbers[offset], offset};
+      around_count_ += numbers[offset] < blocks_.size();
     }
   }
-  struct Offset {
-    std::int8_t dx, dy, dz;
-  };
-  static constexpr auto kOffsets = [] {
-    std::array<Offset, 27> offsets{};
-    for (int n = 0; n < 27; ++n) {
-      offsets[static_cast<std::size_t>(n)] = {static_cast<std::int8_t>(n % 3 - 1),
-                                              static_cast<std::int8_t>(n / 3 % 3 - 1),
-                                              static_cast<std::int8_t>(n / 9 - 1)};
-    }
-    return offsets;
-  }();
   struct Neighbour {
     std::uint32_t number;
-    Offset at;
+    std::uint32_t offset;  // as in CellIndex::Around
   };
   std::span<const Neighbour> around() const { return std::span(around_).first(around_count_); }
 
   // Brings what the bricks around know into a brick's block, from those with numbers of at least `from`.
   void pull(std::uint32_t number, std::uint32_t from) {
-    for (const auto& [other, at] : around()) {
-      if (other >= from && other != number) blocks_[number].pull(blocks_[other], at.dx, at.dy, at.dz);
+    for (const auto& [other, offset] : around()) {
+      if (other >= from && other != number) blocks_[number].pull(blocks_[other], offset);
     }
   }
 
@@ -193,9 +201,10 @@ class SignTree {
     const CellIndex::Brick& brick = index_.bricks()[number];
     SignBlock& block = blocks_[number];
     CellBlock cells, done;  // done: their nodes are known
-    for (const auto& [other, at] : around()) {
-      cells.add(index_.bricks()[other].rows, at.dx, at.dy, at.dz);
-      if (other < number) done.add(index_.bricks()[other].rows, at.dx, at.dy, at.dz);
+    for (const auto& [other, offset] : around()) {
+      const std::uint64_t rows = index_.bricks()[other].rows;
+      cells.add(rows, offset);
+      done.add(other < number ? rows : 0, offset);
     }
     const CellBlock undivided = cellsInGrid(brick, parents).without(cells);
     for (std::uint32_t i = brick.first; i < brick.first + brick.count; ++i) {

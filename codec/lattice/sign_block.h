@@ -88,8 +88,9 @@ class SignBlock {
     }
   }
 
-  /// Adds what the neighbouring brick at offset (dx, dy, dz), each -1 to 1, knows of the nodes of this block.
-  void pull(const SignBlock& other, int dx, int dy, int dz);
+  /// Adds what the neighbouring brick at an offset, numbered as in CellIndex::Around, knows of the nodes of this
+  /// block.
+  void pull(const SignBlock& other, std::uint32_t offset);
 
   bool isKnown(int x, int y, int z) const { return at(y, z).known >> bit(x, y) & 1; }
   bool isInside(int x, int y, int z) const { return at(y, z).inside >> bit(x, y) & 1; }
@@ -100,6 +101,9 @@ class SignBlock {
   const SignWindow& at(int y, int z) const {
     return windows_[static_cast<std::size_t>(4 * (z + 1) + row(y))];
   }
+
+  template <int Offset>
+  static void pullFrom(SignBlock& block, const SignBlock& other);
 
   // The same nodes as the next window, and the one before, has them.
   static SignWindow higher(const SignWindow& w) {
