@@ -37,18 +37,6 @@ struct HeightFrame {
   }
 };
 
-/// The vertex in its cell that a height stands for: 0 to 16384 from the cell's corner 0.
-inline std::array<std::int32_t, 3> atHeight(const SignPrediction& predicted, std::size_t i,
-                                            std::int32_t height) {
-  std::array<std::int32_t, 3> result;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const std::int32_t position =
-        8 * predicted.points[i].v[k] + ((height * predicted.normals[i].v[k] + 8192) >> 14);
-    result[k] = std::clamp(position, 0, kCell);
-  }
-  return result;
-}
-
 namespace heights {
 
 // 65536 / n, to the nearest.

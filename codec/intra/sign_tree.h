@@ -290,8 +290,10 @@ class SignTree {
           kept |= std::uint32_t{leaves.code(model, truth_.divided(level, child(c)))} << c;
         }
       }
-      for (; kept != 0; kept &= kept - 1)
-        made_[count++] = child(static_cast<std::uint32_t>(std::countr_zero(kept)));
+      for (std::uint32_t c = 0; c < 8; ++c) {  // no branch: nobody guesses which are kept
+        made_[count] = child(c);
+        count += kept >> c & 1;
+      }
     }
     children_.insert(children_.end(), made_.begin(), made_.begin() + static_cast<std::ptrdiff_t>(count));
     if (children_.size() > max_cells_) {
@@ -311,7 +313,7 @@ class SignTree {
   std::vector<SignBlock> blocks_;     // one for each brick of index_
   std::array<Neighbour, 28> around_;  // of the brick at hand, itself included
   std::size_t around_count_ = 0;
-  std::array<Cell, std::size_t{8} * 64> made_;  // the children of a brick
+  std::array<Cell, std::size_t{8} * 64 + 1> made_;  // the children of a brick
   SignTreeModels& models_;
 };
 

@@ -49,10 +49,15 @@ class SignBlock {
   void agree();
   /// Brings the new nodes of a cell at (y, z) to the windows that overlap its own.
   void share(int y, int z) {
+    // Without a branch: where there is no other window, to one that nobody looks at.
     SignWindow* at = windows(y, z) + kNextPlane;
-    for (int plane = 0; plane < 3; ++plane, at += kNextPlane) {
-      if (y > 0) at[-1].add(lower(at[0]));
-      if (y < 3) at[1].add(higher(at[0]));
+    SignWindow none;
+    SignWindow* before = y > 0 ? at - 1 : &none;
+    SignWindow* after = y < 3 ? at + 1 : &none;
+    const int next_before = y > 0 ? kNextPlane : 0, next_after = y < 3 ? kNextPlane : 0;
+    for (int plane = 0; plane < 3; ++plane, at += kNextPlane, before += next_before, after += next_after) {
+      before->add(lower(*at));
+      after->add(higher(*at));
     }
   }
   /// The 3×3×3 nodes in three windows of successive planes, interleaved: bit (dx + 1) + 3 (dz + 1) + 12 (dy +

@@ -166,6 +166,7 @@ void Surroundings::build(std::span<const Cell> cells, const CellIndex& index) {
   }
   Nodes nodes;
   BrickHalo halo;
+  std::array<std::array<std::uint8_t, 32>, 2> slots;  // of the brick's cells, by colour
   for (std::size_t number = 0; number < bricks; ++number) {
     const CellIndex::Brick& brick = index.bricks()[number];
     halo.gather(index.owns(), index.around(number));
@@ -174,6 +175,7 @@ void Surroundings::build(std::span<const Cell> cells, const CellIndex& index) {
     for (std::size_t k = 0; k < 2; ++k) {
       if (colours[k].links.size() < used[k] + kLinkRoom) colours[k].links.resize(2 * used[k] + kLinkRoom);
     }
+    const std::array<std::size_t, 2> before = listed;
     for (std::uint32_t i = brick.first; i < brick.first + brick.count; ++i) {
       const Cell& cell = cells[i];
       const int x = cell.x & 3, y = cell.y & 3, z = cell.z & 3;
@@ -195,19 +197,23 @@ void Surroundings::build(std::span<const Cell> cells, const CellIndex& index) {
       faces[i] = static_cast<std::uint8_t>(present);
       const std::size_t odd = static_cast<std::size_t>(x + y + z) & 1;
       Colour& colour = colours[odd];
-      std::uint32_t* const to = colour.links.data() + used[odd];
-      std::uint32_t count;
-      if (odd == 0) {
-        count = link(halo, slot, kEdgeSteps, i, to);
-        used[odd] += count;
-      } else {
-        const std::uint32_t near = link(halo, slot, kFaceSteps, CellIndex::kNone, to);
-        const std::uint32_t far = link(halo, slot, kCornerSteps, CellIndex::kNone, to + near);
-        count = near | far << 4;
-        used[odd] += near + far;
-      }
       colour.cells[listed[odd]] = i;
-      colour.counts[listed[odd]++] = static_cast<std::uint8_t>(count);
+      slots[odd][listed[odd]++ - before[odd]] = static_cast<std::uint8_t>(slot);
+    }
+    // Each colour by itself: which a cell is of nobody guesses.
+    for (std::size_t n = before[0]; n < listed[0]; ++n) {
+      Colour& even = colours[0];
+      even.counts[n] = link(halo, slots[0][n - before[0]], kEdgeSteps, even.cells[n], even.links.data() + used[0]);
+      used[0] += even.counts[n];
+    }
+    for (std::size_t n = before[1]; n < listed[1]; ++n) {
+      Colour& odd = colours[1];
+      const std::size_t slot = slots[1][n - before[1]];
+      std::uint32_t* const to = odd.links.data() + used[1];
+      const std::uint32_t near = link(halo, slot, kFaceSteps, CellIndex::kNone, to);
+      const std::uint32_t far = link(halo, slot, kCornerSteps, CellIndex::kNone, to + near);
+      odd.counts[n] = static_cast<std::uint8_t>(near | far << 4);
+      used[1] += near + far;
     }
   }
   for (std::size_t k = 0; k < 2; ++k) {
