@@ -26,6 +26,10 @@ class BrickHalo {
     std::array<std::int16_t, 64> ranks;
     std::uint32_t first;
   };
+  /// Of a cell with this rank, or kNone.
+  static std::uint32_t place(std::uint32_t first, std::int32_t rank) {
+    return (first + static_cast<std::uint32_t>(rank)) | static_cast<std::uint32_t>(rank >> 31);
+  }
   static constexpr Own kEmpty = [] {
     Own own{};
     own.ranks.fill(-1);
@@ -65,9 +69,6 @@ class BrickHalo {
         }
       }
     }
-  }
-  static std::uint32_t place(std::uint32_t first, std::int32_t rank) {
-    return (first + static_cast<std::uint32_t>(rank)) | static_cast<std::uint32_t>(rank >> 31);
   }
   static void putRow(std::uint32_t first, const std::int16_t* ranks, std::uint32_t* to) {
 #ifdef __SSE2__

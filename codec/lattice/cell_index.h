@@ -42,6 +42,19 @@ class CellIndex {
     if (number == kNone) return kNone;
     return place(bricks_[number], bit(x, y, z));
   }
+  /// Places of the 27 cells around a cell of the list, in the order of Around.
+  Around placesAround(std::int32_t x, std::int32_t y, std::int32_t z) const {
+    Around places;
+    const Around& bricks = around_[brickAt(x >> 2, y >> 2, z >> 2)];
+    for (std::int32_t n = 0; n < 27; ++n) {
+      const std::int32_t ax = (x & 3) + n % 3 - 1, ay = (y & 3) + n / 3 % 3 - 1, az = (z & 3) + n / 9 - 1;
+      const BrickHalo::Own& own =
+          owns_[bricks[static_cast<std::size_t>(13 + (ax >> 2) + 3 * (ay >> 2) + 9 * (az >> 2))]];
+      const auto row = static_cast<std::size_t>((ax & 3) + 4 * (ay & 3) + 16 * (az & 3));
+      places[static_cast<std::size_t>(n)] = BrickHalo::place(own.first, own.ranks[row]);
+    }
+    return places;
+  }
   std::span<const Brick> bricks() const { return std::span(bricks_).first(around_.size()); }
   /// The bricks around one. One that is not there has the number bricks().size().
   const Around& around(std::size_t number) const { return around_[number]; }

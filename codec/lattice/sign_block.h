@@ -49,15 +49,14 @@ class SignBlock {
   void agree();
   /// Brings the new nodes of a cell at (y, z) to the windows that overlap its own.
   void share(int y, int z) {
-    // Without a branch: where there is no other window, to one that nobody looks at.
+    // Without a branch: where there is no other window, nothing goes to this one.
+    const int down = y > 0, up = y < 3;
+    const std::uint64_t to_lower = 0 - static_cast<std::uint64_t>(down), to_upper = 0 - static_cast<std::uint64_t>(up);
     SignWindow* at = windows(y, z) + kNextPlane;
-    SignWindow none;
-    SignWindow* before = y > 0 ? at - 1 : &none;
-    SignWindow* after = y < 3 ? at + 1 : &none;
-    const int next_before = y > 0 ? kNextPlane : 0, next_after = y < 3 ? kNextPlane : 0;
-    for (int plane = 0; plane < 3; ++plane, at += kNextPlane, before += next_before, after += next_after) {
-      before->add(lower(*at));
-      after->add(higher(*at));
+    for (int plane = 0; plane < 3; ++plane, at += kNextPlane) {
+      const SignWindow low = lower(*at), high = higher(*at);
+      at[-down].add({low.known & to_lower, low.inside & to_lower});
+      at[up].add({high.known & to_upper, high.inside & to_upper});
     }
   }
   /// The 3×3×3 nodes in three windows of successive planes, interleaved: bit (dx + 1) + 3 (dz + 1) + 12 (dy +
