@@ -34,19 +34,18 @@ Row rowAt(const std::int32_t* at) {
   return row;
 }
 
-// The bricks reached, by whether nodes below the brick's second and above its last are written, a bit for
-// each axis.
+// What a node's place along an axis of its brick says of the bricks that those around it reach: the next lower
+// one from bit 0, the next higher one from bit 3.
+constexpr std::array<std::uint8_t, 8> kNear{1, 1, 0, 0, 0, 0, 0, 8};
+// The bricks reached, by that of all axes.
 constexpr auto kReaches = [] {
-  std::array<std::array<std::uint32_t, 8>, 8> table{};
-  for (std::uint32_t low = 0; low < 8; ++low) {
-    for (std::uint32_t high = 0; high < 8; ++high) {
-      for (std::uint32_t i = 0; i < 27; ++i) {
-        const std::array<std::uint32_t, 3> d{i % 3, i / 3 % 3, i / 9};
-        bool reached = true;
-        for (std::uint32_t k = 0; k < 3; ++k)
-          reached &= d[k] == 1 || ((d[k] == 0 ? low : high) >> k & 1) != 0;
-        table[low][high] |= std::uint32_t{reached} << i;
-      }
+  std::array<std::uint32_t, 64> table{};
+  for (std::uint32_t near = 0; near < 64; ++near) {
+    for (std::uint32_t i = 0; i < 27; ++i) {
+      const std::array<std::uint32_t, 3> d{i % 3, i / 3 % 3, i / 9};
+      bool reached = true;
+      for (std::uint32_t k = 0; k < 3; ++k) reached &= d[k] == 1 || (near >> (d[k] == 0 ? k : k + 3) & 1) != 0;
+      table[near] |= std::uint32_t{reached} << i;
     }
   }
   return table;
@@ -92,12 +91,11 @@ void ReferenceField::add(const ReferencePlane& plane) {
   std::array<std::int32_t, 3> step{};
   constexpr std::int32_t kUnit = kCell >> 8, kStepSquare = kUnit * kUnit * 65536;
   std::int32_t middle = kLeast + 32768;
-  std::size_t low = 0, high = 0;
+  std::size_t near = 0;
   for (std::size_t k = 0; k < 3; ++k) {
     own[k] = (plane.position[k] + kCell / 2) >> kPositionBits;
     inside[k] = own[k] & (kSide - 1);
-    low |= std::size_t{inside[k] <= 1} << k;
-    high |= std::size_t{inside[k] == kSide - 1} << k;
+    near |= static_cast<std::size_t>(kNear[static_cast<std::size_t>(inside[k])]) << k;
     const std::int32_t d = own[k] * kCell - plane.position[k];
     middle += (d >> 8) * (d >> 8) * 65536 + ((plane.normal[k] * d) >> kPositionBits);
     step[k] = 2 * kUnit * 65536 * (d >> 8) + plane.normal[k];
@@ -115,7 +113,7 @@ void ReferenceField::add(const ReferencePlane& plane) {
     }
   }
   Source& source = sources_[last.number];
-  source.reaches |= kReaches[low][high];
+  source.reaches |= kReaches[near];
   const Row on_y{step[1], step[1], step[1], 0}, on_z{step[2], step[2], step[2], 0};
   const Row square{kStepSquare, kStepSquare, kStepSquare, 0};
   const Row plane_of_nodes{middle - step[0] + kStepSquare, middle, middle + step[0] + kStepSquare, kNothing};

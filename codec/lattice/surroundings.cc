@@ -173,7 +173,7 @@ void Surroundings::build(std::span<const Cell> cells, const CellIndex& index) {
     nodes.gather(own_nodes_.data(), index.around(number));
     nodes.extend();
     for (std::size_t k = 0; k < 2; ++k) {
-      if (colours[k].links.size() < used[k] + kLinkRoom) colours[k].links.resize(2 * used[k] + kLinkRoom);
+      if (colours[k].links.size() < used[k] + kLinkRoom) colours[k].links.resize(used[k] + used[k] / 4 + 4 * kLinkRoom);
     }
     const std::array<std::size_t, 2> before = listed;
     for (std::uint32_t i = brick.first; i < brick.first + brick.count; ++i) {
