@@ -122,7 +122,7 @@ Status decodeHeights(ByteSpan bytes, const std::vector<Cell>& cells, std::int32_
   RangeGet coder(bytes);
   codeHeights(coder, models, {}, cells, frame, step, tools,
               [](std::uint32_t, std::int32_t, const HeightContext&) { return 0; });
-  for (std::size_t i = 0; i < cells.size(); ++i) 
+  for (std::size_t i = 0; i < cells.size(); ++i)
     vertices[i] = atHeight(frame.predicted.points[i], frame.predicted.normals[i], frame.heights[i]);
   return endOf(coder, "vertices");
 }

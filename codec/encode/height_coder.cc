@@ -182,7 +182,8 @@ Status HeightCoder::codeVertices(CodedFrame& coded) {
   coded.sizes.vertices = coded.payload.size() - start;
   coded.decoded.resize(frame_.cells.size());
   for (std::size_t i = 0; i < frame_.cells.size(); ++i)
-    coded.decoded[i] = atHeight(heights_.predicted.points[i], heights_.predicted.normals[i], heights_.heights[i]);
+    coded.decoded[i] =
+        atHeight(heights_.predicted.points[i], heights_.predicted.normals[i], heights_.heights[i]);
   return {};
 }
 

@@ -34,8 +34,8 @@ Row rowAt(const std::int32_t* at) {
   return row;
 }
 
-// What a node's place along an axis of its brick says of the bricks that those around it reach: the next lower
-// one from bit 0, the next higher one from bit 3.
+// What a node's place along an axis of its brick says of the bricks that those around it reach: the next
+// lower one from bit 0, the next higher one from bit 3.
 constexpr std::array<std::uint8_t, 8> kNear{1, 1, 0, 0, 0, 0, 0, 8};
 // The bricks reached, by that of all axes.
 constexpr auto kReaches = [] {
@@ -44,7 +44,8 @@ constexpr auto kReaches = [] {
     for (std::uint32_t i = 0; i < 27; ++i) {
       const std::array<std::uint32_t, 3> d{i % 3, i / 3 % 3, i / 9};
       bool reached = true;
-      for (std::uint32_t k = 0; k < 3; ++k) reached &= d[k] == 1 || (near >> (d[k] == 0 ? k : k + 3) & 1) != 0;
+      for (std::uint32_t k = 0; k < 3; ++k)
+        reached &= d[k] == 1 || (near >> (d[k] == 0 ? k : k + 3) & 1) != 0;
       table[near] |= std::uint32_t{reached} << i;
     }
   }
@@ -153,7 +154,8 @@ void ReferenceField::merge(const std::int32_t* source, std::int32_t* nodes) {
 void ReferenceField::mergeFrom(const std::int32_t* source, std::uint32_t offset, std::int32_t* nodes) {
   static constexpr auto kMerges = []<std::size_t... O>(std::index_sequence<O...>) {
     return std::array<void (*)(const std::int32_t*, std::int32_t*), 27>{&merge<O>...};
-  }(std::make_index_sequence<27>());
+  }
+  (std::make_index_sequence<27>());
   kMerges[offset](source, nodes);
 }
 

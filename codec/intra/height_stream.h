@@ -22,9 +22,9 @@ struct HeightFrame {
   SignPrediction predicted;
   std::vector<MovedHeight> moved;  // in P packets; else empty
   // As they are coded.
-  std::vector<std::int16_t> heights;     // above the predicted points along their normals, 1/16384 of a cell
-  /// What each coded vertex adds to the sums of those linked to it (see heights::partOf), from place 1 on; place
-  /// 0 has nothing.
+  std::vector<std::int16_t> heights;  // above the predicted points along their normals, 1/16384 of a cell
+  /// What each coded vertex adds to the sums of those linked to it (see heights::partOf), from place 1 on;
+  /// place 0 has nothing.
   std::vector<std::uint64_t> parts;
 
   void build(std::span<const Cell> cells, const CellIndex& index, const Grid& grid) {
@@ -95,7 +95,8 @@ inline std::int32_t heightsIn(std::uint64_t sum, std::uint32_t count) {
 inline std::uint32_t magnitudesIn(std::uint64_t sum) { return static_cast<std::uint32_t>(sum >> 20) & 0xFF; }
 inline std::int32_t meanError(std::uint64_t sum) {
   const auto known = static_cast<std::uint32_t>(sum >> 50);
-  return mean(static_cast<std::int32_t>(sum >> 28 & 0x3FFFFF) - static_cast<std::int32_t>(known << 16), known);
+  return mean(static_cast<std::int32_t>(sum >> 28 & 0x3FFFFF) - static_cast<std::int32_t>(known << 16),
+              known);
 }
 
 inline std::uint32_t activityOf(std::uint32_t sum, std::uint32_t weight) {
@@ -118,7 +119,8 @@ inline Coded aroundOdd(const std::uint64_t* parts, const std::uint32_t* links, s
   const std::uint64_t nearer = sumOf<6>(parts, links, static_cast<std::int32_t>(near)),
                       further = sumOf<4>(parts, links + near, static_cast<std::int32_t>(far));
   if (near + far == 0) return result;
-  const std::int32_t near_mean = mean(heightsIn(nearer, near), near), far_mean = mean(heightsIn(further, far), far);
+  const std::int32_t near_mean = mean(heightsIn(nearer, near), near),
+                     far_mean = mean(heightsIn(further, far), far);
   result.near = near > 0 ? near_mean : far_mean;
   result.far = far > 0 ? far_mean : near_mean;
   result.near_error = meanError(nearer);
@@ -168,7 +170,8 @@ void codeHeights(Coder& coder, HeightModels& models, const HeightWeights& weight
   std::uint64_t* const parts = frame.parts.data();
   std::int16_t* const all_heights = frame.heights.data();
   // 2^32 / step, rounded up: what is divided below is under 2^18, so the quotient is exact.
-  const std::uint64_t per_step = ((std::uint64_t{1} << 32) + static_cast<std::uint32_t>(step) - 1) / static_cast<std::uint32_t>(step);
+  const std::uint64_t per_step =
+      ((std::uint64_t{1} << 32) + static_cast<std::uint32_t>(step) - 1) / static_cast<std::uint32_t>(step);
   for (std::uint32_t colour = 0; colour < 2; ++colour) {
     const Surroundings::Colour& list = frame.around.colours[colour];
     const HeightWeights::Set plain = models.weights.plain[colour];

@@ -230,7 +230,8 @@ inline SignInputs inputsOf(const Lanes* points, const Lanes* normals, const Lane
 }
 
 inline std::array<std::int32_t, 3> atHeight(const Lanes& point, const Lanes& normal, std::int16_t height) {
-  // In pairs of 16 bits, normal · height + 1 · 8192; the last sum is cut off where it is above all that is kept.
+  // In pairs of 16 bits, normal · height + 1 · 8192; the last sum is cut off where it is above all that is
+  // kept.
   const __m128i by = _mm_set1_epi32(static_cast<std::uint16_t>(height) | 8192 << 16);
   const __m128i moved =
       _mm_srai_epi32(_mm_madd_epi16(_mm_unpacklo_epi16(sse2::one(normal), _mm_set1_epi16(1)), by), 14);

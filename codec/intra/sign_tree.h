@@ -214,8 +214,8 @@ class SignTree {
       const std::uint32_t nodes = newNodesWithin({lattice.last[0] - 2 * cell.x, lattice.last[1] - 2 * cell.y,
                                                   lattice.last[2] - 2 * cell.z}) &
                                   ~newNodesOn(done.around(x, y, z));
-      // Nodes that also lie on a cell of this level that is not divided: their sign is that of the corners they
-      // share.
+      // Nodes that also lie on a cell of this level that is not divided: their sign is that of the corners
+      // they share.
       const std::uint32_t given = nodes & newNodesOn(undivided.around(x, y, z)), coded = nodes & ~given;
       std::uint32_t inside = given & newNodesLike(cell.corners);
       SignWindow* const windows = block.windows(y, z);

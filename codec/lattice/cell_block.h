@@ -20,7 +20,8 @@ class CellBlock {
     return result;
   }
 
-  /// Adds the cells of the brick at an offset, numbered as in CellIndex::Around; `rows` as of CellIndex::Brick.
+  /// Adds the cells of the brick at an offset, numbered as in CellIndex::Around; `rows` as of
+  /// CellIndex::Brick.
   void add(std::uint64_t rows, std::uint32_t offset) {
     static constexpr auto kMoves = [] {
       std::array<Move, 27> moves{};
@@ -28,7 +29,12 @@ class CellBlock {
         const int dx = n % 3 - 1, dy = n / 3 % 3 - 1;
         Move& move = moves[static_cast<std::size_t>(n)];
         move.from = (dx < 0 ? 8u : dx > 0 ? 1u : 15u) * (dy < 0 ? 0x1000u : dy > 0 ? 1u : 0x1111u);
-        move.left = static_cast<std::uint8_t>((dx < 0 ? 0 : dx > 0 ? 5 : 1) + kLane * (dy < 0 ? 0 : dy > 0 ? 5 : 1));
+        move.left = static_cast<std::uint8_t>((dx < 0   ? 0
+                                               : dx > 0 ? 5
+                                                        : 1) +
+                                              kLane * (dy < 0   ? 0
+                                                       : dy > 0 ? 5
+                                                                : 1));
         move.right = static_cast<std::uint8_t>((dx < 0 ? 3 : 0) + kLane * (dy < 0 ? 3 : 0));
       }
       return moves;

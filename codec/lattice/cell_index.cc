@@ -55,7 +55,8 @@ void CellIndex::build(std::span<const Cell> cells) {
   group(cells, cells.size(), bricks_, owns_);
   group(bricks_, bricks_.size() - 1, blocks_, block_owns_);
   map_.clear();
-  for (std::size_t i = 0; i + 1 < blocks_.size(); ++i) map_.findOrAdd(blocks_[i].x, blocks_[i].y, blocks_[i].z);
+  for (std::size_t i = 0; i + 1 < blocks_.size(); ++i)
+    map_.findOrAdd(blocks_[i].x, blocks_[i].y, blocks_[i].z);
   around_.resize(bricks_.size() - 1);
   connect();
 }
@@ -77,8 +78,9 @@ void CellIndex::connect() {
     halo.gather(block_owns_.data(), blocks);
     for (std::size_t slot = 0; slot < numbers.size(); ++slot) numbers[slot] = std::min(halo[slot], none);
     for (std::uint32_t i = block.first; i < block.first + block.count; ++i) {
-      const std::uint32_t* from = &numbers[BrickHalo::slot(bricks_[i].x & 3, bricks_[i].y & 3, bricks_[i].z & 3) -
-                                           BrickHalo::slot(0, 0, 0)];
+      const std::uint32_t* from =
+          &numbers[BrickHalo::slot(bricks_[i].x & 3, bricks_[i].y & 3, bricks_[i].z & 3) -
+                   BrickHalo::slot(0, 0, 0)];
       std::uint32_t* to = around_[i].data();
       for (std::size_t z = 0; z < 3; ++z) {
         for (std::size_t y = 0; y < 3; ++y) {

@@ -76,7 +76,8 @@ void SignBlock::pull(const SignBlock& other, std::uint32_t offset) {
   // A function for each offset: loops without ends to guess.
   static constexpr auto kPulls = []<int... O>(std::integer_sequence<int, O...>) {
     return std::array<void (*)(SignBlock&, const SignBlock&), 27>{&pullFrom<O>...};
-  }(std::make_integer_sequence<int, 27>());
+  }
+  (std::make_integer_sequence<int, 27>());
   kPulls[offset](*this, other);
 }
 

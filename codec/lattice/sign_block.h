@@ -51,7 +51,8 @@ class SignBlock {
   void share(int y, int z) {
     // Without a branch: where there is no other window, nothing goes to this one.
     const int down = y > 0, up = y < 3;
-    const std::uint64_t to_lower = 0 - static_cast<std::uint64_t>(down), to_upper = 0 - static_cast<std::uint64_t>(up);
+    const std::uint64_t to_lower = 0 - static_cast<std::uint64_t>(down),
+                        to_upper = 0 - static_cast<std::uint64_t>(up);
     SignWindow* at = windows(y, z) + kNextPlane;
     for (int plane = 0; plane < 3; ++plane, at += kNextPlane) {
       const SignWindow low = lower(*at), high = higher(*at);
@@ -92,8 +93,8 @@ class SignBlock {
     }
   }
 
-  /// Adds what the neighbouring brick at an offset, numbered as in CellIndex::Around, knows of the nodes of this
-  /// block.
+  /// Adds what the neighbouring brick at an offset, numbered as in CellIndex::Around, knows of the nodes of
+  /// this block.
   void pull(const SignBlock& other, std::uint32_t offset);
 
   bool isKnown(int x, int y, int z) const { return at(y, z).known >> bit(x, y) & 1; }

@@ -173,7 +173,8 @@ void Surroundings::build(std::span<const Cell> cells, const CellIndex& index) {
     nodes.gather(own_nodes_.data(), index.around(number));
     nodes.extend();
     for (std::size_t k = 0; k < 2; ++k) {
-      if (colours[k].links.size() < used[k] + kLinkRoom) colours[k].links.resize(used[k] + used[k] / 4 + 4 * kLinkRoom);
+      if (colours[k].links.size() < used[k] + kLinkRoom)
+        colours[k].links.resize(used[k] + used[k] / 4 + 4 * kLinkRoom);
     }
     const std::array<std::size_t, 2> before = listed;
     for (std::uint32_t i = brick.first; i < brick.first + brick.count; ++i) {
@@ -203,7 +204,8 @@ void Surroundings::build(std::span<const Cell> cells, const CellIndex& index) {
     // Each colour by itself: which a cell is of nobody guesses.
     for (std::size_t n = before[0]; n < listed[0]; ++n) {
       Colour& even = colours[0];
-      even.counts[n] = link(halo, slots[0][n - before[0]], kEdgeSteps, even.cells[n], even.links.data() + used[0]);
+      even.counts[n] =
+          link(halo, slots[0][n - before[0]], kEdgeSteps, even.cells[n], even.links.data() + used[0]);
       used[0] += even.counts[n];
     }
     for (std::size_t n = before[1]; n < listed[1]; ++n) {

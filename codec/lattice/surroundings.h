@@ -41,8 +41,8 @@ struct Surroundings {
   /// call.
   void build(std::span<const Cell> cells, const CellIndex& index);
 
-  /// What a brick's own cells say of its nodes from 0 to 4: by z, those that are known, then those inside; bit
-  /// x + 8y.
+  /// What a brick's own cells say of its nodes from 0 to 4: by z, those that are known, then those inside;
+  /// bit x + 8y.
   struct OwnNodes {
     alignas(16) std::array<std::array<std::uint64_t, 2>, 5> planes{};
   };

@@ -106,8 +106,8 @@ TEST(CellIndex, AgreesWithAMapUpToTheHighestCells) {
     for (std::uint32_t i = 0; i < next; ++i) {
       const CellIndex::Around places = index.placesAround(cells[i].x, cells[i].y, cells[i].z);
       for (int n = 0; n < 27; ++n) {
-        const auto found = expected.find(
-            {cells[i].x + n % 3 - 1, cells[i].y + n / 3 % 3 - 1, cells[i].z + n / 9 - 1});
+        const auto found =
+            expected.find({cells[i].x + n % 3 - 1, cells[i].y + n / 3 % 3 - 1, cells[i].z + n / 9 - 1});
         ASSERT_EQ(places[static_cast<std::size_t>(n)],
                   found == expected.end() ? CellIndex::kNone : found->second);
       }
@@ -200,8 +200,9 @@ class SignBlocks : public testing::Test {
     for (int number = 0; number < 8; ++number) {
       const Place other = brickOf(number);
       if (other != brick)
-        block(brick).pull(block(other), static_cast<std::uint32_t>(13 + other[0] - brick[0] + 3 * (other[1] - brick[1]) +
-                                                                   9 * (other[2] - brick[2])));
+        block(brick).pull(block(other),
+                          static_cast<std::uint32_t>(13 + other[0] - brick[0] + 3 * (other[1] - brick[1]) +
+                                                     9 * (other[2] - brick[2])));
     }
   }
   void check(const Place& brick) {

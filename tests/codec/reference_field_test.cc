@@ -263,7 +263,8 @@ TEST(Reference, HasPlanesThatTouchItsSurfaceAndTheDistanceFromIt) {
     }
     known += std::abs(distance) < 0.4;
     // Planes leave the tube at its sides.
-    ASSERT_NEAR(around.at(CornerValues::Weights(place)) / 4096.0, distance, std::abs(distance) < 0.4 ? 0.07 : 0.2);
+    ASSERT_NEAR(around.at(CornerValues::Weights(place)) / 4096.0, distance,
+                std::abs(distance) < 0.4 ? 0.07 : 0.2);
   }
   EXPECT_EQ(known, near);
   EXPECT_GT(near, 1500);
