@@ -103,18 +103,19 @@ inline std::uint32_t activityOf(std::uint32_t sum, std::uint32_t weight) {
   return kActivityLevels[static_cast<std::size_t>(mean(static_cast<std::int32_t>(64 * sum), weight))];
 }
 
-inline Coded aroundEven(const std::uint64_t* parts, const std::uint32_t* links, std::uint32_t count) {
+inline Coded aroundEven(const std::uint64_t* parts, const std::uint32_t* links, std::uint32_t count,
+                        bool moved) {
   Coded result;
-  const std::uint64_t sum = sumOf<4>(parts, links, static_cast<std::int32_t>(count));
+  const std::uint64_t sum = sumOf<6>(parts, links, static_cast<std::int32_t>(count));
   if (count == 0) return result;
   result.near = mean(heightsIn(sum, count), count);
-  result.near_error = meanError(sum);
+  if (moved) result.near_error = meanError(sum);
   result.activity = activityOf(magnitudesIn(sum), count);
   return result;
 }
 
 inline Coded aroundOdd(const std::uint64_t* parts, const std::uint32_t* links, std::uint32_t near,
-                       std::uint32_t far) {
+                       std::uint32_t far, bool moved) {
   Coded result;
   const std::uint64_t nearer = sumOf<6>(parts, links, static_cast<std::int32_t>(near)),
                       further = sumOf<4>(parts, links + near, static_cast<std::int32_t>(far));
@@ -123,8 +124,10 @@ inline Coded aroundOdd(const std::uint64_t* parts, const std::uint32_t* links, s
                      far_mean = mean(heightsIn(further, far), far);
   result.near = near > 0 ? near_mean : far_mean;
   result.far = far > 0 ? far_mean : near_mean;
-  result.near_error = meanError(nearer);
-  result.far_error = meanError(further);
+  if (moved) {
+    result.near_error = meanError(nearer);
+    result.far_error = meanError(further);
+  }
   result.activity = activityOf(3 * magnitudesIn(nearer) + magnitudesIn(further), 3 * near + far);
   return result;
 }
@@ -148,11 +151,12 @@ InputWeights inputWeights(const std::array<std::int32_t, N>& set) {
   return result;
 }
 
-/// `count`, `links`: of a cell of this colour.
+/// `count`, `links`: of a cell of this colour; `moved`: in P packets.
 inline Coded around(const std::uint64_t* parts, std::size_t colour, std::uint8_t count,
-                    const std::uint32_t* links, std::uint32_t tools) {
+                    const std::uint32_t* links, std::uint32_t tools, bool moved) {
   if ((tools & kToolNeighbours) == 0) return {};
-  return colour == 0 ? aroundEven(parts, links, count) : aroundOdd(parts, links, count & 15u, count >> 4);
+  return colour == 0 ? aroundEven(parts, links, count, moved)
+                     : aroundOdd(parts, links, count & 15u, count >> 4, moved);
 }
 
 }  // namespace heights
@@ -185,7 +189,8 @@ void codeHeights(Coder& coder, HeightModels& models, const HeightWeights& weight
     const std::size_t count = list.cells.size();
     for (std::size_t n = 0; n < count; ++n) {
       const std::uint32_t i = places[n];
-      const heights::Coded coded = heights::around(parts, colour, counts[n], links, tools);
+      const heights::Coded coded =
+          heights::around(parts, colour, counts[n], links, tools, all_moved != nullptr);
       links += Surroundings::linkCount(counts[n]);
       const SignInputs& inputs = all_inputs[i];
       const std::int32_t sum =
