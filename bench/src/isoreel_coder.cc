@@ -32,7 +32,8 @@ Status IsoreelCoder::decode(const std::function<void(std::size_t, const Surface&
     if (visit) {
       visit(i, surface);
     } else {
-      const auto triangles = surface.triangles();  // the others give triangles, so ours have to be made as well
+      const auto triangles =
+          surface.triangles();  // the others give triangles, so ours have to be made as well
       if (triangles.size() != 2 * surface.quads.size()) return {ErrorCode::kBadData, "triangles are missing"};
     }
   }

@@ -181,8 +181,10 @@ std::vector<IsoreelCoder> isoreelCoders(const Json& job, const Sequence& sequenc
   classic.configuration.profile = Profile::kClassic;
   classic.frame_types = FrameTypes::kIntra;
   std::vector<IsoreelCoder> coders;
-  for (auto& [variant, settings] :
-       {std::pair{"main", main}, {"main to the mesh", to_mesh}, {"main fast", fast}, {"classic I", classic}}) {
+  for (auto& [variant, settings] : {std::pair{"main", main},
+                                    {"main to the mesh", to_mesh},
+                                    {"main fast", fast},
+                                    {"classic I", classic}}) {
     EncoderSettings at_step = settings;
     for (const double step : job.value("steps", std::vector<double>{})) {
       at_step.configuration.step = static_cast<std::uint32_t>(step);

@@ -124,7 +124,8 @@ Status decodeHeights(ByteSpan bytes, const std::vector<Cell>& cells, std::int32_
   RangeGet coder(bytes);
   codeHeights(coder, models, {}, cells, frame, step, tools,
               [](std::uint32_t, std::int32_t, const HeightContext&) { return 0; });
-  for (std::size_t i = 0; i < cells.size(); ++i) vertices[i] = atHeight(frame.predicted, i, frame.heights[i]);
+  for (std::size_t i = 0; i < cells.size(); ++i)
+    vertices[i] = atHeight(frame.predicted.points[i], frame.predicted.normals[i], frame.heights[i]);
   return endOf(coder, "vertices");
 }
 
@@ -134,6 +135,7 @@ struct Decoder::State {
   PacketModels models;
   HeightFrame heights;
   CellIndex index;
+  SignTreeMemory tree;
   std::vector<Cell> cells;  // of the surface decoded last
   // What a P packet goes on from: the packet decoded last, when it was decoded whole.
   std::optional<Configuration> configuration;
@@ -201,7 +203,8 @@ Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
   state.configuration.reset();  // until this packet is decoded whole, nothing can go on from it
 
   const Grid& grid = configuration.grid;
-  SignTree<RangeGet, UnknownTruth> tree(grid, {}, header.vertices, state.models.signs);
+  state.tree.cells = std::move(state.cells);
+  SignTree<RangeGet, UnknownTruth> tree(grid, {}, header.vertices, state.models.signs, std::move(state.tree));
   const std::uint32_t depth = tree.depth();
   const std::uint32_t wanted = std::min(options.level.value_or(depth), depth);
   // Where P packets may follow, the rest is decoded too: they go on from it.
@@ -253,6 +256,7 @@ Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
   if (!motion_bytes || !vertex_bytes) return surfaceFromSigns(tree.takeCells(), grid, 0, sheets);
 
   std::vector<Cell> cells = tree.takeCells();  // of the deepest level: all active
+  state.tree = tree.takeMemory();
   state.index.build(cells);
   if (sheets) cells = splitSheets(std::move(cells), state.index);
   if (cells.size() != header.vertices) return counts("vertices", cells.size(), header.vertices);

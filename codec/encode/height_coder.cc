@@ -132,9 +132,12 @@ Result<CodedFrame> HeightCoder::codePredicted(const Reference& reference, const 
 
 Status HeightCoder::codeVertices(CodedFrame& coded) {
   if (frame_.cells.empty()) return {};
-  for (std::size_t i = 0; i < wanted_.size(); ++i)
+  for (std::size_t i = 0; i < wanted_.size(); ++i) {
     heights_.heights[i] =
         static_cast<std::int16_t>(std::clamp(std::lround(wanted_[i] * kCell), -32767L, 32767L));
+    heights_.parts[1 + i] =
+        heights::partOf(heights_.heights[i], 0, heights_.moved.empty() ? nullptr : &heights_.moved[i]);
+  }
   const std::int32_t step = frame_.steps.normal;
   const double step_in_cells = static_cast<double>(step) / kCell;
   const HeightWeights weights = fitHeights(heights_, tools_, step_in_cells, coded.models.heights.weights);
@@ -184,7 +187,8 @@ Status HeightCoder::codeVertices(CodedFrame& coded) {
   coded.sizes.vertices = coded.payload.size() - start;
   coded.decoded.resize(frame_.cells.size());
   for (std::size_t i = 0; i < frame_.cells.size(); ++i)
-    coded.decoded[i] = atHeight(heights_.predicted, i, heights_.heights[i]);
+    coded.decoded[i] =
+        atHeight(heights_.predicted.points[i], heights_.predicted.normals[i], heights_.heights[i]);
   return {};
 }
 

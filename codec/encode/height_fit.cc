@@ -71,7 +71,8 @@ HeightWeights fitHeights(const HeightFrame& frame, std::uint32_t tools, double s
     const std::uint32_t* links = list.links.data();
     for (std::size_t n = 0; n < list.cells.size(); ++n) {
       const std::uint32_t i = list.cells[n];
-      const heights::Coded coded = heights::around(frame, colour, list.counts[n], links, tools);
+      const heights::Coded coded =
+          heights::around(frame.parts.data(), colour, list.counts[n], links, tools, !frame.moved.empty());
       links += Surroundings::linkCount(list.counts[n]);
       const double height = static_cast<double>(frame.heights[i]) / kCell;
       Example<HeightWeights::kInputs> example;

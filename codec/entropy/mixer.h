@@ -72,22 +72,25 @@ class Mix {
       logits_[i] = logistic::kStretched[models[i]->one >> 4];
       sum += weights.w[i] * logits_[i];
     }
+    likely_ = sum >= 0;
     const std::int32_t x = std::clamp(sum >> 16, -logistic::kLimit, logistic::kLimit);
     one_ = std::clamp<std::int32_t>(logistic::kSquashed[static_cast<std::size_t>(x + logistic::kLimit)],
                                     floor, 65536 - floor);
   }
   /// Probability of a 1, in 1/65536.
   std::int32_t one() const { return one_; }
+  /// Whether that is at least half: known sooner.
+  bool likely() const { return likely_; }
   /// Learns what it was.
   void update(bool bit) {
-    const std::int32_t error = (bit ? 65536 : 0) - one_;
+    const std::int32_t error = (std::int32_t{bit} << 16) - one_;
     for (std::size_t i = 0; i < N; ++i) {
       std::int32_t& w = weights_.w[i];
       constexpr std::int32_t kMost = MixWeights<N>::kLimit;
       w += (logits_[i] * error + 8192) >> 14;
       if (static_cast<std::uint32_t>(w + kMost) > 2u * kMost) [[unlikely]]  // a step of less than kMost
         w = w < 0 ? -kMost : kMost;
-      models_[i]->update(bit);
+      models_[i]->updateEither(bit);
     }
   }
 
@@ -96,12 +99,13 @@ class Mix {
   MixWeights<N>& weights_;
   std::array<std::int32_t, N> logits_;
   std::int32_t one_;
+  bool likely_;
 };
 
 /// Puts or gets the decision.
 template <class Coder, std::size_t N>
 bool codeMixed(Coder& coder, Mix<N> mix, bool bit) {
-  const bool result = coder.codeAt(static_cast<std::uint32_t>(mix.one()), bit);
+  const bool result = coder.codeAt(static_cast<std::uint32_t>(mix.one()), mix.likely(), bit);
   mix.update(result);
   return result;
 }

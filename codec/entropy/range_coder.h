@@ -29,6 +29,13 @@ struct BitModel {
                                          : p - (((p - kFloor) * rate + 0xFFFF) >> 16));
     seen = static_cast<std::uint16_t>(seen + (seen < kLimit));
   }
+  /// The same without a branch on the bit, for bits that nobody guesses.
+  void updateEither(bool bit) {
+    const std::int32_t all = 0 - std::int32_t{bit};
+    const std::int32_t way = kFloor + (all & (65536 - 2 * kFloor)) - one;
+    one = static_cast<std::uint16_t>(one + ((way * kRates[seen] + (all & 0xFFFF)) >> 16));
+    seen = static_cast<std::uint16_t>(seen + (seen < kLimit));
+  }
 
  private:
   // The n-th update moves 2 / (2 n + 3) of the way.
@@ -51,8 +58,8 @@ class RangePut {
     model.update(bit);
     return bit;
   }
-  /// A bit that is 1 with probability `one` in 1/65536, 1 to 65535.
-  bool codeAt(std::uint32_t one, bool bit) {
+  /// A bit that is 1 with probability `one` in 1/65536, 1 to 65535; `likely`: whether that is at least half.
+  bool codeAt(std::uint32_t one, bool /*likely*/, bool bit) {
     split(bit, (range_ >> 16) * one);
     return bit;
   }
@@ -123,7 +130,22 @@ class RangeGet {
     model.update(bit);
     return bit;
   }
-  bool codeAt(std::uint32_t one, bool /*unused*/) { return split((range_ >> 16) * one); }
+  bool codeAt(std::uint32_t one, bool likely, bool /*unused*/) {
+    // No branch on what the bit is, which nobody guesses, but on whether it is the likely one.
+    const std::uint64_t bound = (range_ >> 16) * one;
+    const std::uint64_t if_one = 0 - std::uint64_t{likely};
+    const bool below = code_ < bound;
+    if (below == likely) [[likely]] {
+      range_ = bound + ((range_ - 2 * bound) & ~if_one);
+      code_ -= bound & ~if_one;
+    } else {
+      range_ = bound + ((range_ - 2 * bound) & if_one);
+      code_ -= bound & if_one;
+      likely = !likely;
+    }
+    refill();
+    return likely;
+  }
   std::uint32_t raw(int count, std::uint32_t /*unused*/) {
     std::uint32_t value = 0;
     for (int i = 0; i < count; ++i) value = value << 1 | std::uint32_t{split(range_ >> 1)};
@@ -143,11 +165,14 @@ class RangeGet {
       code_ -= bound;
       range_ -= bound;
     }
-    if (range_ < (std::uint64_t{1} << 32)) {
+    refill();
+    return bit;
+  }
+  void refill() {
+    if (range_ < (std::uint64_t{1} << 32)) [[unlikely]] {
       code_ = code_ << 32 | next();
       range_ <<= 32;
     }
-    return bit;
   }
   std::uint32_t next() {
     std::uint32_t value = 0;

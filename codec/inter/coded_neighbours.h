@@ -38,7 +38,6 @@ class CodedNeighbours {
     const std::array<std::uint16_t, 3> at{cell.x, cell.y, cell.z};
     for (std::size_t k = 0; k < 3; ++k) {
       const CellIndex::Brick* const brick = (at[k] & 3) != 0 ? brick_ : below_[k];
-      if (brick == nullptr) continue;
       const std::uint64_t bit = CellIndex::bit(cell.x - (k == 0), cell.y - (k == 1), cell.z - (k == 2));
       if ((brick->mask & bit) == 0) continue;
       const std::uint32_t j = brick->first + countBits(brick->mask & (bit - 1));
@@ -76,11 +75,9 @@ class CodedNeighbours {
     const CellIndex::Brick* const bricks = index_.bricks().data();
     if (brick_ == nullptr) brick_ = bricks;
     while (i >= brick_->first + brick_->count) ++brick_;
-    for (std::int32_t k = 0; k < 3; ++k) {
-      const std::uint32_t number =
-          index_.brickAt(brick_->x - (k == 0), brick_->y - (k == 1), brick_->z - (k == 2));
-      below_[static_cast<std::size_t>(k)] = number == CellIndex::kNone ? nullptr : bricks + number;
-    }
+    const CellIndex::Around& around = index_.around(static_cast<std::size_t>(brick_ - bricks));
+    constexpr std::array<std::size_t, 3> kBelow{12, 10, 4};
+    for (std::size_t k = 0; k < 3; ++k) below_[k] = &index_.brickOrEmpty(around[kBelow[k]]);
   }
 
   const CellIndex& index_;

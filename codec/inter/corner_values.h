@@ -46,8 +46,10 @@ class CornerValues {
     for (const std::int16_t v : values()) sum += v == kUnknown ? 0 : v;
     return sum;
   }
+  /// How much the values count at a place of the cell, for any values.
+  class Weights;
   /// At a place of the cell: its parts of a cell in 1/16384. All values known.
-  std::int32_t at(const std::array<std::int32_t, 3>& place) const;
+  std::int32_t at(const Weights& place) const;
   Between slopesAt(const std::array<std::int32_t, 3>& place) const;
   /// How far they are from a linear function: the squares of what they have of xy, xz, yz and xyz. All known.
   std::int64_t bend() const;
@@ -116,6 +118,16 @@ inline __m128i between(__m128i a, __m128i b, __m128i weights) {
 
 }  // namespace sse2
 
+class CornerValues::Weights {
+ public:
+  explicit Weights(const std::array<std::int32_t, 3>& place)
+      : x(sse2::weights(place[0])), y(sse2::weights(place[1])), z(sse2::weights(place[2])) {}
+
+ private:
+  friend class CornerValues;
+  __m128i x, y, z;
+};
+
 inline CornerValues::CornerValues(const Array& values) { std::memcpy(&v_, values.data(), sizeof v_); }
 inline CornerValues::Array CornerValues::values() const {
   Array result;
@@ -136,10 +148,10 @@ CornerValues CornerValues::load(const std::int16_t* at) {
                                          _mm_unpacklo_epi32(two(at + Plane), two(at + Plane + Row))));
 }
 
-inline std::int32_t CornerValues::at(const std::array<std::int32_t, 3>& place) const {
-  const __m128i on_x = sse2::between(v_, v_, sse2::weights(place[0]));
-  const __m128i on_y = sse2::between(on_x, on_x, sse2::weights(place[1]));
-  return static_cast<std::int16_t>(_mm_cvtsi128_si32(sse2::between(on_y, on_y, sse2::weights(place[2]))));
+inline std::int32_t CornerValues::at(const Weights& place) const {
+  const __m128i on_x = sse2::between(v_, v_, place.x);
+  const __m128i on_y = sse2::between(on_x, on_x, place.y);
+  return static_cast<std::int16_t>(_mm_cvtsi128_si32(sse2::between(on_y, on_y, place.z)));
 }
 
 inline CornerValues::Between CornerValues::slopesAt(const std::array<std::int32_t, 3>& place) const {
@@ -175,6 +187,15 @@ inline std::int64_t CornerValues::bend() const {
 
 #else
 
+class CornerValues::Weights {
+ public:
+  explicit Weights(const std::array<std::int32_t, 3>& place) : place_(place) {}
+
+ private:
+  friend class CornerValues;
+  std::array<std::int32_t, 3> place_;
+};
+
 inline CornerValues::CornerValues(const Array& values) : v_(values) {}
 inline CornerValues::Array CornerValues::values() const { return v_; }
 inline bool CornerValues::allKnown() const { return std::find(v_.begin(), v_.end(), kUnknown) == v_.end(); }
@@ -183,8 +204,8 @@ CornerValues CornerValues::load(const std::int16_t* at) {
   return CornerValues(Array{at[0], at[1], at[Row], at[Row + 1], at[Plane], at[Plane + 1], at[Plane + Row],
                             at[Plane + Row + 1]});
 }
-inline std::int32_t CornerValues::at(const std::array<std::int32_t, 3>& place) const {
-  return definition::slopesAt(v_, place).value;
+inline std::int32_t CornerValues::at(const Weights& place) const {
+  return definition::slopesAt(v_, place.place_).value;
 }
 inline CornerValues::Between CornerValues::slopesAt(const std::array<std::int32_t, 3>& place) const {
   return definition::slopesAt(v_, place);

@@ -6,11 +6,8 @@ void MotionField::build(std::span<const Cell> level, std::uint32_t block_log2, s
   block_log2_ = block_log2;
   vector_step_ = vector_step;
   blocks_.clear();
-  map_.clear();
-  for (const Cell& cell : level) {
-    blocks_.push_back({cell.x, cell.y, cell.z, 0, 0, false, {}});
-    map_.findOrAdd(cell.x, cell.y, cell.z);
-  }
+  for (const Cell& cell : level) blocks_.push_back({cell.x, cell.y, cell.z, 0, 0, false, {}});
+  index_.build(level);
 }
 
 void MotionField::assign(std::span<const Cell> active) {
@@ -52,9 +49,11 @@ MotionField::Expected MotionField::expected(const Block& block, const MotionFiel
 MotionField::Interpolation::Interpolation(const MotionField& field, const Block& block)
     : side_(std::int32_t{1} << field.block_log2_),
       shift_(3 * static_cast<std::int32_t>(field.block_log2_) + 3) {
-  for (std::int32_t i = 0; i < 27; ++i) {
-    const Block* found = field.find(block.x + i % 3 - 1, block.y + i / 3 % 3 - 1, block.z + i / 9 - 1);
-    around_[static_cast<std::size_t>(i)] = field.motionOf(found != nullptr && found->moves ? *found : block);
+  const CellIndex::Around places = field.index_.placesAround(block.x, block.y, block.z);
+  const auto own = static_cast<std::uint32_t>(&block - field.blocks_.data());
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const Block& found = field.blocks_[places[i] == CellIndex::kNone ? own : places[i]];
+    around_[i] = field.motionOf(found.moves ? found : block);
   }
 }
 

@@ -120,14 +120,14 @@ class MotionField {
 
  private:
   const Block* find(std::int32_t x, std::int32_t y, std::int32_t z) const {
-    const std::uint32_t number = map_.find(x, y, z);
-    return number == BrickMap::kNone ? nullptr : &blocks_[number];
+    const std::uint32_t place = index_.find(x, y, z);
+    return place == CellIndex::kNone ? nullptr : &blocks_[place];
   }
 
   std::uint32_t block_log2_ = 3;
   std::uint32_t vector_step_ = 1;
   std::vector<Block> blocks_;
-  BrickMap map_;
+  CellIndex index_;  // of the blocks, as cells of their level
 };
 
 }  // namespace isoreel

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "inter/motion_field.h"
@@ -94,7 +95,7 @@ class MovedSigns {
     const CornerValues around = field_.around(place);
     std::size_t distance = 0;
     if (around.allKnown()) {
-      distance = MovedSignModels::classOf(around.at(place));
+      distance = MovedSignModels::classOf(around.at(*weights_));
     } else {
       const std::int32_t sum = around.sumOfKnown();
       if (sum == 0) return {};
@@ -108,6 +109,7 @@ class MovedSigns {
     moves_ = block_ < motion_.blocks().size() && motion_.blocks()[block_].moves;
     if (!moves_) return;
     vector_ = motion_.motionOf(motion_.blocks()[block_]);
+    weights_.emplace(vector_);  // all nodes of a block lie at the same place in their cells there
   }
 
   ReferenceField::Cursor field_;
@@ -117,6 +119,7 @@ class MovedSigns {
   std::size_t block_ = 0;
   bool moves_ = false;
   std::array<std::int32_t, 3> vector_{};  // of the block
+  std::optional<CornerValues::Weights> weights_;
 };
 
 }  // namespace isoreel

@@ -23,7 +23,9 @@ std::array<std::int32_t, 3> unitNormal(const std::array<std::int32_t, 3>& sum, c
     for (std::size_t k = 0; k < 3; ++k) unit[k] = frame.normal[k] >> 2;
     return unit;
   }
-  const std::int64_t scale = (std::int64_t{1} << 38) / floorSqrt(square);
+  // Both are whole and below 2^53, so that a double's quotient is never rounded up to the next whole number.
+  const auto scale = static_cast<std::int64_t>(static_cast<double>(std::int64_t{1} << 38) /
+                                               static_cast<double>(floorSqrt(square)));
   for (std::size_t k = 0; k < 3; ++k) unit[k] = static_cast<std::int32_t>((sum[k] * scale) >> 26);
   return unit;
 }

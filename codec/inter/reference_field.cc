@@ -4,19 +4,28 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
+#include <utility>
 
 namespace isoreel {
 namespace {
 
 using Row = std::int32_t __attribute__((vector_size(16)));
+// Numbers of nodes are between these, so that, taken for floats, they are in the same order and none is
+// special: SSE2 has a minimum of floats only.
+constexpr std::int32_t kLeast = 0x00800000;
 // Of a node without a distance: further than all, and CornerValues::kUnknown.
-constexpr std::int32_t kNothing = 0x7FFF0000;
+constexpr std::int32_t kNothing = 0x7F7F0000;
 
 void keepLeast(std::int32_t* at, Row made) {
+#ifdef __SSE2__
+  auto* const to = reinterpret_cast<float*>(at);
+  _mm_storeu_ps(to, _mm_min_ps(_mm_loadu_ps(to), reinterpret_cast<__m128>(made)));
+#else
   Row old;
   std::memcpy(&old, at, sizeof(Row));
   old = made < old ? made : old;
   std::memcpy(at, &old, sizeof(Row));
+#endif
 }
 
 Row rowAt(const std::int32_t* at) {
@@ -25,23 +34,26 @@ Row rowAt(const std::int32_t* at) {
   return row;
 }
 
-// The bricks reached, by whether nodes below the brick's second and above its last are written, a bit for
-// each axis.
+// What a node's place along an axis of its brick says of the bricks that those around it reach: the next
+// lower one from bit 0, the next higher one from bit 3.
+constexpr std::array<std::uint8_t, 8> kNear{1, 1, 0, 0, 0, 0, 0, 8};
+// The bricks reached, by that of all axes.
 constexpr auto kReaches = [] {
-  std::array<std::array<std::uint32_t, 8>, 8> table{};
-  for (std::uint32_t low = 0; low < 8; ++low) {
-    for (std::uint32_t high = 0; high < 8; ++high) {
-      for (std::uint32_t i = 0; i < 27; ++i) {
-        const std::array<std::uint32_t, 3> d{i % 3, i / 3 % 3, i / 9};
-        bool reached = true;
-        for (std::uint32_t k = 0; k < 3; ++k)
-          reached &= d[k] == 1 || ((d[k] == 0 ? low : high) >> k & 1) != 0;
-        table[low][high] |= std::uint32_t{reached} << i;
-      }
+  std::array<std::uint32_t, 64> table{};
+  for (std::uint32_t near = 0; near < 64; ++near) {
+    for (std::uint32_t i = 0; i < 27; ++i) {
+      const std::array<std::uint32_t, 3> d{i % 3, i / 3 % 3, i / 9};
+      bool reached = true;
+      for (std::uint32_t k = 0; k < 3; ++k)
+        reached &= d[k] == 1 || (near >> (d[k] == 0 ? k : k + 3) & 1) != 0;
+      table[near] |= std::uint32_t{reached} << i;
     }
   }
   return table;
 }();
+
+constexpr std::uint32_t kNone = 0xFFFFFFFF;
+constexpr std::uint32_t kItself = 1u << 13;  // of Source::reaches
 
 }  // namespace
 
@@ -49,16 +61,23 @@ void ReferenceField::build(std::span<const ReferencePlane> planes) {
   map_.clear();
   places_.clear();
   sources_.clear();
-  std::array<std::int32_t, 3> brick{-1, -1, -1};
-  std::uint32_t number = 0;
-  for (const ReferencePlane& plane : planes) add(plane, brick, number);
+  last_.fill({});
+  for (const ReferencePlane& plane : planes) add(plane);
+  links_.clear();
+  first_links_.assign(sources_.size(), kNone);
   for (std::uint32_t i = 0; i < sources_.size(); ++i) {
     const Place from = places_[i];
-    for (std::uint32_t left = sources_[i].reaches; left != 0; left &= left - 1) {
-      const auto d = static_cast<std::int32_t>(std::countr_zero(left));
+    for (std::uint32_t left = sources_[i].reaches & ~kItself; left != 0; left &= left - 1) {
+      const auto d = std::countr_zero(left);
       const Place to{from.x + d % 3 - 1, from.y + d / 3 % 3 - 1, from.z + d / 9 - 1};
       if (to.x < 0 || to.y < 0 || to.z < 0) continue;  // nothing is asked there
-      if (map_.findOrAdd(to.x, to.y, to.z) == places_.size()) places_.push_back(to);
+      const std::uint32_t number = map_.findOrAdd(to.x, to.y, to.z);
+      if (number == places_.size()) {
+        places_.push_back(to);
+        first_links_.push_back(kNone);
+      }
+      links_.push_back({i, static_cast<std::uint32_t>(26 - d), first_links_[number]});
+      first_links_[number] = static_cast<std::uint32_t>(links_.size() - 1);
     }
   }
   bricks_.resize(places_.size());
@@ -68,34 +87,34 @@ void ReferenceField::build(std::span<const ReferencePlane> planes) {
 // Nodes go in rows of four: those at -1, 0 and 1 from the vertex's own, and one that never wins. A node's
 // number is that of the own node, and for each step along an axis what that adds: half the derivative of the
 // square twice, the normal, and the square of the step.
-void ReferenceField::add(const ReferencePlane& plane, std::array<std::int32_t, 3>& brick,
-                         std::uint32_t& number) {
+void ReferenceField::add(const ReferencePlane& plane) {
   std::array<std::int32_t, 3> own{}, inside{};  // the nearest node, in the grid and in its brick
   std::array<std::int32_t, 3> step{};
   constexpr std::int32_t kUnit = kCell >> 8, kStepSquare = kUnit * kUnit * 65536;
-  std::int32_t middle = 32768;
-  std::size_t low = 0, high = 0;
+  std::int32_t middle = kLeast + 32768;
+  std::size_t near = 0;
   for (std::size_t k = 0; k < 3; ++k) {
     own[k] = (plane.position[k] + kCell / 2) >> kPositionBits;
     inside[k] = own[k] & (kSide - 1);
-    low |= std::size_t{inside[k] <= 1} << k;
-    high |= std::size_t{inside[k] == kSide - 1} << k;
+    near |= static_cast<std::size_t>(kNear[static_cast<std::size_t>(inside[k])]) << k;
     const std::int32_t d = own[k] * kCell - plane.position[k];
     middle += (d >> 8) * (d >> 8) * 65536 + ((plane.normal[k] * d) >> kPositionBits);
     step[k] = 2 * kUnit * 65536 * (d >> 8) + plane.normal[k];
     own[k] >>= kSideLog2;
   }
-  if (own != brick) {
-    brick = own;
-    number = map_.findOrAdd(own[0], own[1], own[2]);
-    if (number == sources_.size()) {
-      places_.push_back({own[0], own[1], own[2]});
+  // Vertices go to and fro between a few bricks.
+  Last& last = last_[static_cast<std::size_t>((own[0] & 1) | (own[1] & 1) << 1 | (own[2] & 1) << 2)];
+  if (((own[0] ^ last.brick.x) | (own[1] ^ last.brick.y) | (own[2] ^ last.brick.z)) != 0) {
+    last.brick = {own[0], own[1], own[2]};
+    last.number = map_.findOrAdd(own[0], own[1], own[2]);
+    if (last.number == sources_.size()) {
+      places_.push_back(last.brick);
       sources_.emplace_back().nodes.fill(kNothing);
       sources_.back().reaches = 0;
     }
   }
-  Source& source = sources_[number];
-  source.reaches |= kReaches[low][high];
+  Source& source = sources_[last.number];
+  source.reaches |= kReaches[near];
   const Row on_y{step[1], step[1], step[1], 0}, on_z{step[2], step[2], step[2], 0};
   const Row square{kStepSquare, kStepSquare, kStepSquare, 0};
   const Row plane_of_nodes{middle - step[0] + kStepSquare, middle, middle + step[0] + kStepSquare, kNothing};
@@ -111,9 +130,37 @@ void ReferenceField::add(const ReferencePlane& plane, std::array<std::int32_t, 3
   put_plane(at + 2 * Source::kPlane, plane_of_nodes + on_z + square);
 }
 
+// From the source at an offset of bricks, numbered as in Source::reaches, to the nodes of a brick.
+template <std::size_t Offset>
+void ReferenceField::merge(const std::int32_t* source, std::int32_t* nodes) {
+  // By offset, -1 to 1: the first node that it has, their number, and the first one's place there.
+  constexpr std::array<std::int32_t, 3> kFirst{0, 0, kSide - 1}, kCount{1, kRow, 2}, kFrom{kSide + 1, 1, 0};
+  constexpr std::size_t kX = Offset % 3, kY = Offset / 3 % 3, kZ = Offset / 9;
+  for (std::int32_t z = 0; z < kCount[kZ]; ++z) {
+    for (std::int32_t y = 0; y < kCount[kY]; ++y) {
+      const std::int32_t* const from =
+          source + (kFrom[kZ] + z) * Source::kPlane + (kFrom[kY] + y) * Source::kRow + kFrom[kX];
+      std::int32_t* const at = nodes + ((kFirst[kZ] + z) * kRow + kFirst[kY] + y) * kWide + kFirst[kX];
+      // Four at a time: beyond a source's last node is nothing, beyond this row's last nobody looks.
+      keepLeast(at, rowAt(from));
+      if constexpr (kX == 1) {
+        keepLeast(at + 4, rowAt(from + 4));
+        keepLeast(at + 8, rowAt(from + 8));
+      }
+    }
+  }
+}
+
+void ReferenceField::mergeFrom(const std::int32_t* source, std::uint32_t offset, std::int32_t* nodes) {
+  static constexpr auto kMerges = []<std::size_t... O>(std::index_sequence<O...>) {
+    return std::array<void (*)(const std::int32_t*, std::int32_t*), 27>{&merge<O>...};
+  }
+  (std::make_index_sequence<27>());
+  kMerges[offset](source, nodes);
+}
+
 // The nodes of a brick, from all sources that reach it.
 void ReferenceField::gather(std::uint32_t number) {
-  constexpr std::int32_t kWide = kSide + 4;  // of a row here
   std::array<std::int32_t, std::size_t{kRow} * kRow * kWide> nodes;
   if (number < sources_.size()) {
     const std::int32_t* from = sources_[number].nodes.data() + Source::kPlane + Source::kRow + 1;
@@ -125,31 +172,9 @@ void ReferenceField::gather(std::uint32_t number) {
   } else {
     nodes.fill(kNothing);
   }
-  const Place to = places_[number];
-  // By offset of another source's brick, -1 to 1: the first node that it has, their number, and the first
-  // one's place there.
-  constexpr std::array<std::int32_t, 3> kFirst{0, 0, kSide - 1}, kCount{1, kRow, 2}, kFrom{kSide + 1, 1, 0};
-  for (std::uint32_t d = 0; d < 27; ++d) {
-    if (d == 13) continue;
-    const std::array<std::size_t, 3> o{d % 3, d / 3 % 3, d / 9};
-    const std::uint32_t other =
-        map_.find(to.x + static_cast<std::int32_t>(o[0]) - 1, to.y + static_cast<std::int32_t>(o[1]) - 1,
-                  to.z + static_cast<std::int32_t>(o[2]) - 1);
-    if (other >= sources_.size() || (sources_[other].reaches >> (26 - d) & 1) == 0) continue;
-    const std::int32_t* const source = sources_[other].nodes.data();
-    for (std::int32_t z = 0; z < kCount[o[2]]; ++z) {
-      for (std::int32_t y = 0; y < kCount[o[1]]; ++y) {
-        const std::int32_t* const from =
-            source + (kFrom[o[2]] + z) * Source::kPlane + (kFrom[o[1]] + y) * Source::kRow + kFrom[o[0]];
-        std::int32_t* const at =
-            nodes.data() + ((kFirst[o[2]] + z) * kRow + kFirst[o[1]] + y) * kWide + kFirst[o[0]];
-        // Four at a time: beyond a source's last node is nothing, beyond this row's last nobody looks.
-        keepLeast(at, rowAt(from));
-        if (o[0] != 1) continue;
-        keepLeast(at + 4, rowAt(from + 4));
-        keepLeast(at + 8, rowAt(from + 8));
-      }
-    }
+  for (std::uint32_t link = first_links_[number]; link != kNone; link = links_[link].next) {
+    const std::int32_t* const source = sources_[links_[link].source].nodes.data();
+    mergeFrom(source, links_[link].offset, nodes.data());
   }
   // The low halves less 32768.
   using Eight = std::int32_t __attribute__((vector_size(32)));

@@ -30,7 +30,8 @@ class ReferenceField {
   /// Memory beyond the object itself.
   std::uint64_t bytes() const {
     return map_.bytes() + bricks_.capacity() * sizeof(Brick) + sources_.capacity() * sizeof(Source) +
-           places_.capacity() * sizeof(Place);
+           places_.capacity() * sizeof(Place) + links_.capacity() * sizeof(Link) +
+           first_links_.capacity() * sizeof(std::uint32_t);
   }
 
  private:
@@ -55,13 +56,29 @@ class ReferenceField {
     std::int32_t x, y, z;  // coordinates / 8
   };
 
-  void add(const ReferencePlane& plane, std::array<std::int32_t, 3>& brick, std::uint32_t& number);
+  // That a source has nodes of a brick; the next one's place in links_.
+  struct Link {
+    std::uint32_t source, offset, next;
+  };
+  struct Last {
+    Place brick{-1, -1, -1};
+    std::uint32_t number = 0;
+  };
+  static constexpr std::int32_t kWide = kSide + 4;  // a row of a brick's nodes while they are gathered
+
+  void add(const ReferencePlane& plane);
   void gather(std::uint32_t number);
+  template <std::size_t Offset>
+  static void merge(const std::int32_t* source, std::int32_t* nodes);
+  static void mergeFrom(const std::int32_t* source, std::uint32_t offset, std::int32_t* nodes);
 
   BrickMap map_;
   std::vector<Place> places_;
   std::vector<Brick> bricks_;
   std::vector<Source> sources_;  // of the first bricks
+  std::vector<Link> links_;
+  std::vector<std::uint32_t> first_links_;  // by brick
+  std::array<Last, 8> last_;                // the bricks of the last vertices, by their lowest bits
 
  public:
   /// Looks places up; remembers the bricks of the last ones. One for each thread, for a field that stays as
@@ -78,7 +95,8 @@ class ReferenceField {
       // A block of motion, wherever it is moved to, is in no two bricks with the same lowest bits.
       Found& found =
           found_[static_cast<std::size_t>((brick[0] & 1) | (brick[1] & 1) << 1 | (brick[2] & 1) << 2)];
-      if (brick != found.brick) found = look(brick);
+      if (((brick[0] ^ found.brick[0]) | (brick[1] ^ found.brick[1]) | (brick[2] ^ found.brick[2])) != 0)
+        found = look(brick);
       if (found.nodes == nullptr) return CornerValues::unknown();
       constexpr std::int32_t kInBrick = kSide - 1;
       return CornerValues::load<kRow, kPlane>(found.nodes + (place[2] >> kPositionBits & kInBrick) * kPlane +

@@ -22,35 +22,26 @@ struct HeightFrame {
   SignPrediction predicted;
   std::vector<MovedHeight> moved;  // in P packets; else empty
   // As they are coded.
-  std::vector<std::int16_t> heights;     // above the predicted points along their normals, 1/16384 of a cell
-  std::vector<std::uint8_t> magnitudes;  // of residuals, at most 15
+  std::vector<std::int16_t> heights;  // above the predicted points along their normals, 1/16384 of a cell
+  /// What each coded vertex adds to the sums of those linked to it (see heights::partOf), from place 1 on;
+  /// place 0 has nothing.
+  std::vector<std::uint64_t> parts;
 
   void build(std::span<const Cell> cells, const CellIndex& index, const Grid& grid) {
     around.build(cells, index);
     predicted.build(cells, around, grid.nodes);
     moved.clear();
     heights.resize(cells.size());
-    magnitudes.resize(cells.size());
+    parts.resize(cells.size() + 1);
+    parts[0] = 0;
   }
 };
-
-/// The vertex in its cell that a height stands for: 0 to 16384 from the cell's corner 0.
-inline std::array<std::int32_t, 3> atHeight(const SignPrediction& predicted, std::size_t i,
-                                            std::int32_t height) {
-  std::array<std::int32_t, 3> result;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const std::int32_t position =
-        8 * predicted.points[i].v[k] + ((height * predicted.normals[i].v[k] + 8192) >> 14);
-    result[k] = std::clamp(position, 0, kCell);
-  }
-  return result;
-}
 
 namespace heights {
 
 // 65536 / n, to the nearest.
 inline constexpr auto kReciprocals = [] {
-  std::array<std::int32_t, 33> table{};
+  std::array<std::int32_t, 33> table{};  // of 0: 0
   for (std::int32_t n = 1; n < 33; ++n) table[static_cast<std::size_t>(n)] = (2 * 65536 + n) / (2 * n);
   return table;
 }();
@@ -77,58 +68,67 @@ struct Coded {
   std::int32_t near_error = 0, far_error = 0;
 };
 
-inline std::int32_t meanError(const HeightFrame& frame, const std::uint32_t* links, std::uint32_t count) {
-  std::int32_t sum = 0;
-  std::uint32_t known = 0;
-  for (std::uint32_t n = 0; n < count; ++n) {
-    const MovedHeight& moved = frame.moved[links[n]];
-    if (moved.confidence == MovedHeight::kNone) continue;
-    sum += frame.heights[links[n]] - moved.height;
-    ++known;
+/// Of a coded vertex: its height + 2^15, from bit 20 the magnitude of its residual, at most 15, and where the
+/// moved surface is near, from bit 28 its height above that + 2^16, and from bit 50 a 1. Sums of 14 fit.
+inline std::uint64_t partOf(std::int32_t height, std::int32_t residual, const MovedHeight* moved) {
+  const auto magnitude = static_cast<std::uint64_t>(std::min(residual < 0 ? -residual : residual, 15));
+  const std::uint64_t part = static_cast<std::uint64_t>(height + (1 << 15)) | magnitude << 20;
+  if (moved == nullptr || moved->confidence == MovedHeight::kNone) return part;
+  return part | static_cast<std::uint64_t>(height - moved->height + (1 << 16)) << 28 | std::uint64_t{1} << 50;
+}
+
+/// The sum over `count` of these. The first `Usual` are looked at in any case, since how many there are is
+/// anybody's guess; as many links have to be readable.
+template <std::int32_t Usual>
+std::uint64_t sumOf(const std::uint64_t* parts, const std::uint32_t* links, std::int32_t count) {
+  std::uint64_t sum = 0;
+  for (std::int32_t n = 0; n < Usual; ++n) {
+    const std::int32_t beyond = (count - 1 - n) >> 31;  // -1 from the count on
+    sum += parts[1 + (static_cast<std::int32_t>(links[n]) | beyond)];
   }
-  return known > 0 ? mean(sum, known) : 0;
+  for (std::int32_t n = Usual; n < count; ++n) sum += parts[1 + links[n]];
+  return sum;
+}
+inline std::int32_t heightsIn(std::uint64_t sum, std::uint32_t count) {
+  return static_cast<std::int32_t>(sum & 0xFFFFF) - static_cast<std::int32_t>(count << 15);
+}
+inline std::uint32_t magnitudesIn(std::uint64_t sum) { return static_cast<std::uint32_t>(sum >> 20) & 0xFF; }
+inline std::int32_t meanError(std::uint64_t sum) {
+  const auto known = static_cast<std::uint32_t>(sum >> 50);
+  return mean(static_cast<std::int32_t>(sum >> 28 & 0x3FFFFF) - static_cast<std::int32_t>(known << 16),
+              known);
 }
 
 inline std::uint32_t activityOf(std::uint32_t sum, std::uint32_t weight) {
   return kActivityLevels[static_cast<std::size_t>(mean(static_cast<std::int32_t>(64 * sum), weight))];
 }
 
-inline Coded aroundEven(const HeightFrame& frame, const std::uint32_t* links, std::uint32_t count) {
+inline Coded aroundEven(const std::uint64_t* parts, const std::uint32_t* links, std::uint32_t count,
+                        bool moved) {
   Coded result;
+  const std::uint64_t sum = sumOf<6>(parts, links, static_cast<std::int32_t>(count));
   if (count == 0) return result;
-  std::int32_t sum = 0;
-  std::uint32_t magnitudes = 0;
-  for (std::uint32_t n = 0; n < count; ++n) {
-    sum += frame.heights[links[n]];
-    magnitudes += frame.magnitudes[links[n]];
-  }
-  result.near = mean(sum, count);
-  if (!frame.moved.empty()) result.near_error = meanError(frame, links, count);
-  result.activity = activityOf(magnitudes, count);
+  result.near = mean(heightsIn(sum, count), count);
+  if (moved) result.near_error = meanError(sum);
+  result.activity = activityOf(magnitudesIn(sum), count);
   return result;
 }
 
-inline Coded aroundOdd(const HeightFrame& frame, const std::uint32_t* links, std::uint32_t near,
-                       std::uint32_t far) {
+inline Coded aroundOdd(const std::uint64_t* parts, const std::uint32_t* links, std::uint32_t near,
+                       std::uint32_t far, bool moved) {
   Coded result;
+  const std::uint64_t nearer = sumOf<6>(parts, links, static_cast<std::int32_t>(near)),
+                      further = sumOf<4>(parts, links + near, static_cast<std::int32_t>(far));
   if (near + far == 0) return result;
-  std::array<std::int32_t, 2> sums{};
-  std::array<std::uint32_t, 2> magnitudes{};
-  for (std::uint32_t n = 0; n < near; ++n) {
-    sums[0] += frame.heights[links[n]];
-    magnitudes[0] += frame.magnitudes[links[n]];
+  const std::int32_t near_mean = mean(heightsIn(nearer, near), near),
+                     far_mean = mean(heightsIn(further, far), far);
+  result.near = near > 0 ? near_mean : far_mean;
+  result.far = far > 0 ? far_mean : near_mean;
+  if (moved) {
+    result.near_error = meanError(nearer);
+    result.far_error = meanError(further);
   }
-  for (std::uint32_t n = near; n < near + far; ++n) {
-    sums[1] += frame.heights[links[n]];
-    magnitudes[1] += frame.magnitudes[links[n]];
-  }
-  result.near = near > 0 ? mean(sums[0], near) : mean(sums[1], far);
-  if (!frame.moved.empty()) {
-    result.near_error = meanError(frame, links, near);
-    result.far_error = meanError(frame, links + near, far);
-  }
-  result.far = far > 0 ? mean(sums[1], far) : result.near;
-  result.activity = activityOf(3 * magnitudes[0] + magnitudes[1], 3 * near + far);
+  result.activity = activityOf(3 * magnitudesIn(nearer) + magnitudesIn(further), 3 * near + far);
   return result;
 }
 
@@ -151,11 +151,12 @@ InputWeights inputWeights(const std::array<std::int32_t, N>& set) {
   return result;
 }
 
-/// `count`, `links`: of a cell of this colour.
-inline Coded around(const HeightFrame& frame, std::size_t colour, std::uint8_t count,
-                    const std::uint32_t* links, std::uint32_t tools) {
+/// `count`, `links`: of a cell of this colour; `moved`: in P packets.
+inline Coded around(const std::uint64_t* parts, std::size_t colour, std::uint8_t count,
+                    const std::uint32_t* links, std::uint32_t tools, bool moved) {
   if ((tools & kToolNeighbours) == 0) return {};
-  return colour == 0 ? aroundEven(frame, links, count) : aroundOdd(frame, links, count & 15u, count >> 4);
+  return colour == 0 ? aroundEven(parts, links, count, moved)
+                     : aroundOdd(parts, links, count & 15u, count >> 4, moved);
 }
 
 }  // namespace heights
@@ -168,42 +169,55 @@ void codeHeights(Coder& coder, HeightModels& models, const HeightWeights& weight
                  Choose choose) {
   if (cells.empty()) return;
   models.codeWeights(coder, weights, !frame.moved.empty());
+  const SignInputs* const all_inputs = frame.predicted.inputs.data();
+  const MovedHeight* const all_moved = frame.moved.empty() ? nullptr : frame.moved.data();
+  std::uint64_t* const parts = frame.parts.data();
+  std::int16_t* const all_heights = frame.heights.data();
+  // 2^32 / step, rounded up: what is divided below is under 2^18, so the quotient is exact.
+  const std::uint64_t per_step =
+      ((std::uint64_t{1} << 32) + static_cast<std::uint32_t>(step) - 1) / static_cast<std::uint32_t>(step);
   for (std::uint32_t colour = 0; colour < 2; ++colour) {
     const Surroundings::Colour& list = frame.around.colours[colour];
     const HeightWeights::Set plain = models.weights.plain[colour];
     const InputWeights plain_inputs = heights::inputWeights(plain);
-    const auto& moved_weights = models.weights.moved[colour];
+    const std::array<HeightWeights::MovedSet, 2> moved_weights = models.weights.moved[colour];
     const std::array<InputWeights, 2> moved_inputs{heights::inputWeights(moved_weights[0]),
                                                    heights::inputWeights(moved_weights[1])};
+    const std::uint32_t* const places = list.cells.data();
+    const std::uint8_t* const counts = list.counts.data();
     const std::uint32_t* links = list.links.data();
-    for (std::size_t n = 0; n < list.cells.size(); ++n) {
-      const std::uint32_t i = list.cells[n];
-      const heights::Coded coded = heights::around(frame, colour, list.counts[n], links, tools);
-      links += Surroundings::linkCount(list.counts[n]);
-      const SignInputs& inputs = frame.predicted.inputs[i];
+    const std::size_t count = list.cells.size();
+    for (std::size_t n = 0; n < count; ++n) {
+      const std::uint32_t i = places[n];
+      const heights::Coded coded =
+          heights::around(parts, colour, counts[n], links, tools, all_moved != nullptr);
+      links += Surroundings::linkCount(counts[n]);
+      const SignInputs& inputs = all_inputs[i];
       const std::int32_t sum =
           32 + plain[0] * coded.near + plain[1] * coded.far + weighed(inputs, plain_inputs);
       std::int32_t expected = std::clamp(sum >> 6, -kCell, kCell);
       HeightContext context{colour, coded.activity, static_cast<std::uint32_t>(inputs.bend),
                             cells[i].corners};
+      const MovedHeight* const moved = all_moved != nullptr ? all_moved + i : nullptr;
       std::int32_t residual;
-      if (!frame.moved.empty() && frame.moved[i].confidence != MovedHeight::kNone) {
-        const MovedHeight& moved = frame.moved[i];
-        const std::size_t kind = moved.confidence >= 4;
+      if (moved != nullptr && moved->confidence != MovedHeight::kNone) {
+        const std::size_t kind = moved->confidence >= 4;
         const auto& w = moved_weights[kind];
         std::int32_t other = 32 + w[0] * coded.near + w[1] * coded.far + weighed(inputs, moved_inputs[kind]);
-        other += w[8] * moved.height + w[9] * coded.near_error + w[10] * coded.far_error;
+        other += w[8] * moved->height + w[9] * coded.near_error + w[10] * coded.far_error;
         other = std::clamp(other >> 6, -kCell, kCell);
         context.moved = true;
-        context.confidence = moved.confidence;
-        context.apart = static_cast<std::uint32_t>(std::min(7, std::abs(other - expected) * 4 / step));
+        context.confidence = moved->confidence;
+        const auto apart = static_cast<std::uint64_t>(std::abs(other - expected));
+        context.apart = static_cast<std::uint32_t>(std::min<std::uint64_t>(7, 4 * apart * per_step >> 32));
         expected = other;
         residual = codeHeightResidual<3>(coder, models, context, choose(i, expected, context));
       } else {
         residual = codeHeightResidual<2>(coder, models, context, choose(i, expected, context));
       }
-      frame.heights[i] = static_cast<std::int16_t>(std::clamp(expected + residual * step, -32767, 32767));
-      frame.magnitudes[i] = static_cast<std::uint8_t>(std::min(residual < 0 ? -residual : residual, 15));
+      const std::int32_t height = std::clamp(expected + residual * step, -32767, 32767);
+      all_heights[i] = static_cast<std::int16_t>(height);
+      parts[1 + i] = heights::partOf(height, residual, moved);
       if constexpr (!Coder::kPuts) {
         if ((n & 4095) == 0 && coder.overrun()) return;
       }

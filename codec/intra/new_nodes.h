@@ -92,6 +92,37 @@ inline std::uint32_t newNodesWithin(const std::array<std::int32_t, 3>& room) {
   return result;
 }
 
+/// A set of new nodes as SignBlock::around has the cell's 27 nodes.
+inline std::uint64_t newNodesAround(std::uint32_t set) {
+  // By the first seven, the next six, the last six.
+  static constexpr auto kNodes = [] {
+    std::array<std::array<std::uint64_t, 128>, 3> nodes{};
+    for (std::size_t i = 0; i < kNewNodes.size(); ++i) {
+      const std::size_t part = i < 7 ? 0 : i < 13 ? 1 : 2, bit = i - (part == 0 ? 0 : part == 1 ? 7 : 13);
+      const NewNode& node = kNewNodes[i];
+      for (std::size_t others = 0; others < std::size_t{1} << bit; ++others) {
+        nodes[part][others | std::size_t{1} << bit] =
+            nodes[part][others] | std::uint64_t{1} << (node.x + 3 * node.z + SignWindow::kLane * node.y);
+      }
+    }
+    return nodes;
+  }();
+  return kNodes[0][set & 127] | kNodes[1][set >> 7 & 63] | kNodes[2][set >> 13];
+}
+
+/// The new nodes whose corner (see NewNode) is inside.
+inline std::uint32_t newNodesLike(std::uint8_t corners) {
+  static constexpr auto kNodes = [] {
+    std::array<std::uint32_t, 256> nodes{};
+    for (std::size_t c = 0; c < nodes.size(); ++c) {
+      for (std::size_t i = 0; i < kNewNodes.size(); ++i)
+        nodes[c] |= static_cast<std::uint32_t>(c >> kNewNodes[i].corner & 1) << i;
+    }
+    return nodes;
+  }();
+  return kNodes[corners];
+}
+
 /// The signs of a cell's 27 nodes, as SignBlock::around has them, with those that are more than room[axis]
 /// steps from the lowest corner made as the last one inside the grid (spec codec 4.1).
 inline std::uint64_t signsInGrid(std::uint64_t signs, const std::array<std::int32_t, 3>& room) {

@@ -25,7 +25,23 @@ class SignModels {
 
   /// `known` and `inside`: of the 3×3×3 nodes around, bit (dx + 1) + 3 (dz + 1) + 12 (dy + 1): three planes
   /// of a SignWindow, interleaved.
-  BitModel& at(std::uint64_t known, std::uint64_t inside) { return models_[context(known, inside)]; }
+  BitModel& at(std::uint64_t known, std::uint64_t inside) { return of(sumOf(known, inside)); }
+
+  /// The same in two steps: a sum of what each of the known nodes around says, and its model.
+  static std::uint32_t sumOf(std::uint64_t known, std::uint64_t inside) {
+    std::uint32_t sum = kBalanced;
+    for (std::size_t dy = 0; dy < 3; ++dy) {
+      sum += kSums.known[dy][known >> (SignWindow::kLane * dy) & 511];
+      sum += kSums.inside[dy][inside >> (SignWindow::kLane * dy) & 511];
+    }
+    return sum;
+  }
+  /// What one known node at offset (dx, dy, dz), each -1 to 1, adds to the sum.
+  static constexpr std::uint32_t part(int dx, int dy, int dz, bool inside) {
+    const auto lane = static_cast<std::size_t>(dy + 1), node = std::size_t{1} << (dx + 1 + 3 * (dz + 1));
+    return kSums.known[lane][node] + (inside ? kSums.inside[lane][node] : 0);
+  }
+  BitModel& of(std::uint32_t sum) { return models_[(sum & 0xFFFF) + kClamped[sum >> kEdgeBit]]; }
 
  private:
   static constexpr int kEdgeClamp = 4;
@@ -76,15 +92,6 @@ class SignModels {
     }
     return clamped;
   }();
-
-  static std::size_t context(std::uint64_t known, std::uint64_t inside) {
-    std::uint32_t sum = kBalanced;
-    for (std::size_t dy = 0; dy < 3; ++dy) {
-      sum += kSums.known[dy][known >> (SignWindow::kLane * dy) & 511];
-      sum += kSums.inside[dy][inside >> (SignWindow::kLane * dy) & 511];
-    }
-    return (sum & 0xFFFF) + kClamped[sum >> kEdgeBit];
-  }
 
   // Faces weigh 4, edges 2, corners 1 in the vote; a unit of it moves the first probability by 1/40.
   static const std::array<BitModel, kContexts>& initial() {

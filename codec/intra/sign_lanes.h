@@ -123,6 +123,14 @@ inline std::int32_t weighed(const SignInputs& inputs, const InputWeights& weight
   return sum;
 }
 
+/// The place of a vertex in its cell, 0 to 16384, at a height along its normal.
+inline std::array<std::int32_t, 3> atHeight(const Lanes& point, const Lanes& normal, std::int16_t height) {
+  std::array<std::int32_t, 3> result;
+  for (std::size_t k = 0; k < 3; ++k)
+    result[k] = std::clamp(8 * point.v[k] + ((height * normal.v[k] + 8192) >> 14), 0, 16384);
+  return result;
+}
+
 }  // namespace definition
 
 #ifdef __SSE2__
@@ -221,6 +229,21 @@ inline SignInputs inputsOf(const Lanes* points, const Lanes* normals, const Lane
   return result;
 }
 
+inline std::array<std::int32_t, 3> atHeight(const Lanes& point, const Lanes& normal, std::int16_t height) {
+  // In pairs of 16 bits, normal · height + 1 · 8192; the last sum is cut off where it is above all that is
+  // kept.
+  const __m128i by = _mm_set1_epi32(static_cast<std::uint16_t>(height) | 8192 << 16);
+  const __m128i moved =
+      _mm_srai_epi32(_mm_madd_epi16(_mm_unpacklo_epi16(sse2::one(normal), _mm_set1_epi16(1)), by), 14);
+  const __m128i start = _mm_srai_epi32(_mm_unpacklo_epi16(_mm_setzero_si128(), sse2::one(point)), 13);
+  __m128i place = _mm_packs_epi32(_mm_add_epi32(start, moved), _mm_setzero_si128());
+  place = _mm_min_epi16(_mm_max_epi16(place, _mm_setzero_si128()), _mm_set1_epi16(16384));
+  place = _mm_unpacklo_epi16(place, _mm_setzero_si128());
+  alignas(16) std::array<std::int32_t, 4> result;
+  _mm_store_si128(reinterpret_cast<__m128i*>(result.data()), place);
+  return {result[0], result[1], result[2]};
+}
+
 inline std::int32_t weighed(const SignInputs& inputs, const InputWeights& weights) {
   const auto* all = reinterpret_cast<const __m128i*>(&inputs);
   const auto* by = reinterpret_cast<const __m128i*>(&weights);
@@ -241,6 +264,9 @@ inline SignInputs inputsOf(const Lanes* points, const Lanes* normals, const Lane
 }
 inline std::int32_t weighed(const SignInputs& inputs, const InputWeights& weights) {
   return definition::weighed(inputs, weights);
+}
+inline std::array<std::int32_t, 3> atHeight(const Lanes& point, const Lanes& normal, std::int16_t height) {
+  return definition::atHeight(point, normal, height);
 }
 
 #endif

@@ -78,12 +78,11 @@ void SignPrediction::build(std::span<const Cell> cells, const Surroundings& arou
   points.resize(count);
   normals.resize(count);
   inputs.resize(count);
-  start_.resize(count);
   other_.resize(count);
   at_border_.clear();
   for (std::size_t i = 0; i < count; ++i) {
     const Cell& cell = cells[i];
-    points[i] = start_[i] = kStarts[cell.corners];
+    points[i] = kStarts[cell.corners];
     normals[i] = normalOf(around.signs[i], cell.corners);
     if (cell.x - 1u >= nodes[0] - 3 || cell.y - 1u >= nodes[1] - 3 || cell.z - 1u >= nodes[2] - 3)
       at_border_.push_back(static_cast<std::uint32_t>(i));
@@ -97,13 +96,13 @@ void SignPrediction::build(std::span<const Cell> cells, const Surroundings& arou
     for (const std::uint32_t i : at_border_) {
       const std::array<std::uint32_t, 3> place{cells[i].x, cells[i].y, cells[i].z};
       for (std::size_t k = 0; k < 3; ++k) {
-        if (place[k] == 0 || place[k] + 2 == nodes[k]) other_[i].v[k] = start_[i].v[k];
+        if (place[k] == 0 || place[k] + 2 == nodes[k]) other_[i].v[k] = kStarts[cells[i].corners].v[k];
       }
     }
     points.swap(other_);
   }
   for (std::size_t i = 0; i < count; ++i)
-    inputs[i] = inputsOf(points.data(), normals.data(), start_[i], at(i));
+    inputs[i] = inputsOf(points.data(), normals.data(), kStarts[cells[i].corners], at(i));
 }
 
 }  // namespace isoreel

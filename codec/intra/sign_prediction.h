@@ -26,7 +26,7 @@ struct SignPrediction {
              const std::array<std::uint32_t, 3>& nodes);
 
  private:
-  std::vector<Lanes> start_, other_;
+  std::vector<Lanes> other_;
   std::vector<std::uint32_t> at_border_;
 };
 

@@ -10,8 +10,7 @@
 #include <bit>
 #include <span>
 
-#include "intra/new_nodes.h"
-#include "intra/sign_context.h"
+#include "intra/cell_contexts.h"
 #include "lattice/cell_block.h"
 #include "lattice/cell_index.h"
 #include "lattice/sign_block.h"
@@ -45,6 +44,13 @@ struct NothingMoved {
   static MovedOpinion at(int, int, int, std::uint16_t) { return {}; }
 };
 
+/// What a tree works with; kept from one to the next, it spares the memory's allocation.
+struct SignTreeMemory {
+  std::vector<Cell> cells, children;
+  CellIndex index;
+  std::vector<SignBlock> blocks;
+};
+
 /// The tree while it is coded. Truth answers for the encoder, asked in Morton order within a level:
 ///   bool sign(const LevelLattice&, int x, int y, int z)   whether a lattice node is inside
 ///   bool divided(std::uint32_t level, const Cell&)        whether a cell whose corners agree holds a sign
@@ -53,14 +59,27 @@ template <class Coder, class Truth>
 class SignTree {
  public:
   /// `grid` and `models` must outlive the tree.
-  SignTree(const Grid& grid, Truth truth, std::size_t max_cells, SignTreeModels& models)
-      : grid_(grid), depth_(octreeDepth(grid)), truth_(truth), max_cells_(max_cells), models_(models) {}
+  SignTree(const Grid& grid, Truth truth, std::size_t max_cells, SignTreeModels& models,
+           SignTreeMemory memory = {})
+      : grid_(grid),
+        depth_(octreeDepth(grid)),
+        truth_(truth),
+        max_cells_(max_cells),
+        cells_(std::move(memory.cells)),
+        children_(std::move(memory.children)),
+        index_(std::move(memory.index)),
+        blocks_(std::move(memory.blocks)),
+        models_(models) {}
 
   std::uint32_t depth() const { return depth_; }
   /// The heterogeneous cells of the level coded last, in Morton order. Those of the deepest level are all
   /// active.
   const std::vector<Cell>& cells() const { return cells_; }
   std::vector<Cell> takeCells() { return std::move(cells_); }
+  /// Afterwards the tree is of no more use.
+  SignTreeMemory takeMemory() {
+    return {std::move(cells_), std::move(children_), std::move(index_), std::move(blocks_)};
+  }
 
   /// Codes level 0: the root's corners, and its leaf bit when they agree.
   Status codeRoot(Coder& signs, Coder& leaves) {
@@ -100,7 +119,7 @@ class SignTree {
     seed(lattice);
     const bool deepest = level == depth_;
     for (std::uint32_t number = 0; number < blocks_.size(); ++number) {
-      lookAround(index_.bricks()[number]);
+      lookAround(number);
       pull(number, 0);
       codeSigns(number, parents, lattice, signs, moved);
       if constexpr (!Coder::kPuts) {
@@ -110,7 +129,7 @@ class SignTree {
       if (deepest) ISOREEL_TRY(addChildren(number, level, lattice, leaves));
     }
     for (std::uint32_t number = 0; number < blocks_.size() && !deepest; ++number) {
-      lookAround(index_.bricks()[number]);
+      lookAround(number);
       pull(number, number + 1);
       ISOREEL_TRY(addChildren(number, level, lattice, leaves));
       if constexpr (!Coder::kPuts) {
@@ -144,28 +163,24 @@ class SignTree {
   }
 
   // Finds the bricks around one; in pull() and codeSigns(), `around_` is theirs.
-  void lookAround(const CellIndex::Brick& brick) {
+  void lookAround(std::uint32_t number) {
     around_count_ = 0;
-    for (int dz = -1; dz <= 1; ++dz) {
-      for (int dy = -1; dy <= 1; ++dy) {
-        for (int dx = -1; dx <= 1; ++dx) {
-          const std::uint32_t number = index_.brickAt(brick.x + dx, brick.y + dy, brick.z + dz);
-          around_[around_count_] = {number, dx, dy, dz};
-          around_count_ += number != BrickMap::kNone;
-        }
-      }
+    const CellIndex::Around& numbers = index_.around(number);
+    for (std::uint32_t offset = 0; offset < numbers.size(); ++offset) {
+      around_[around_count_] = {numbers[offset], offset};
+      around_count_ += numbers[offset] < blocks_.size();
     }
   }
   struct Neighbour {
     std::uint32_t number;
-    int dx, dy, dz;
+    std::uint32_t offset;  // as in CellIndex::Around
   };
   std::span<const Neighbour> around() const { return std::span(around_).first(around_count_); }
 
   // Brings what the bricks around know into a brick's block, from those with numbers of at least `from`.
   void pull(std::uint32_t number, std::uint32_t from) {
-    for (const auto& [other, dx, dy, dz] : around()) {
-      if (other >= from && other != number) blocks_[number].pull(blocks_[other], dx, dy, dz);
+    for (const auto& [other, offset] : around()) {
+      if (other >= from && other != number) blocks_[number].pull(blocks_[other], offset);
     }
   }
 
@@ -186,9 +201,10 @@ class SignTree {
     const CellIndex::Brick& brick = index_.bricks()[number];
     SignBlock& block = blocks_[number];
     CellBlock cells, done;  // done: their nodes are known
-    for (const auto& [other, dx, dy, dz] : around()) {
-      cells.add(index_.bricks()[other].rows, dx, dy, dz);
-      if (other < number) done.add(index_.bricks()[other].rows, dx, dy, dz);
+    for (const auto& [other, offset] : around()) {
+      const std::uint64_t rows = index_.bricks()[other].rows;
+      cells.add(rows, offset);
+      done.add(other < number ? rows : 0, offset);
     }
     const CellBlock undivided = cellsInGrid(brick, parents).without(cells);
     for (std::uint32_t i = brick.first; i < brick.first + brick.count; ++i) {
@@ -198,41 +214,42 @@ class SignTree {
       const std::uint32_t nodes = newNodesWithin({lattice.last[0] - 2 * cell.x, lattice.last[1] - 2 * cell.y,
                                                   lattice.last[2] - 2 * cell.z}) &
                                   ~newNodesOn(done.around(x, y, z));
-      const std::uint32_t beside_leaf = newNodesOn(undivided.around(x, y, z));
+      // Nodes that also lie on a cell of this level that is not divided: their sign is that of the corners
+      // they share.
+      const std::uint32_t given = nodes & newNodesOn(undivided.around(x, y, z)), coded = nodes & ~given;
+      std::uint32_t inside = given & newNodesLike(cell.corners);
       SignWindow* const windows = block.windows(y, z);
-      for (std::uint32_t left = nodes; left != 0; left &= left - 1) {
-        const int which = std::countr_zero(left);
-        const NewNode& node = kNewNodes[static_cast<std::size_t>(which)];
-        SignWindow* const at = windows + node.window;
-        const int shift = node.shift + 2 * x;
-        bool sign;
-        if (beside_leaf >> which & 1) {
-          // The node also lies on a cell of this level that is not divided: its sign is that of the corners
-          // they share.
-          sign = (cell.corners >> node.corner & 1) != 0;
-        } else {
-          const SignWindow around = SignBlock::around(at, shift);
-          BitModel& model = models_.signs.at(around.known, around.inside);
-          const int at_x = 2 * cell.x + node.x, at_y = 2 * cell.y + node.y, at_z = 2 * cell.z + node.z;
-          const bool truth = truth_.sign(lattice, at_x, at_y, at_z);
-          const MovedOpinion other = moved.at(at_x, at_y, at_z, model.one);
-          if (models_.mixed) {
-            sign =
-                other.model != nullptr
-                    ? codeMixed(signs, SignOpinions::mix(model, other, cell.corners), truth)
-                    : codeMixed(signs,
-                                models_.opinions.mix(model, cell.corners, static_cast<std::uint32_t>(which),
-                                                     lattice.shift == 0),
-                                truth);
-          } else if (other.model != nullptr) {
-            sign = signs.code(*other.model, truth);
-            model.update(sign);
-          } else {
-            sign = signs.code(model, truth);
-          }
+      CellContexts contexts;
+      contexts.start(windows, x, coded);
+      if (coded != 0) {
+        for (std::uint32_t left = given; left != 0; left &= left - 1) {
+          const auto which = static_cast<std::size_t>(std::countr_zero(left));
+          contexts.add(which, (inside >> which & 1) != 0);
         }
-        SignBlock::setMiddle(at, shift, sign);
       }
+      for (std::uint32_t left = coded; left != 0; left &= left - 1) {
+        const auto which = static_cast<std::uint32_t>(std::countr_zero(left));
+        const NewNode& node = kNewNodes[which];
+        BitModel& model = models_.signs.of(contexts[which]);
+        const int at_x = 2 * cell.x + node.x, at_y = 2 * cell.y + node.y, at_z = 2 * cell.z + node.z;
+        const bool truth = truth_.sign(lattice, at_x, at_y, at_z);
+        const MovedOpinion other = moved.at(at_x, at_y, at_z, model.one);
+        bool sign;
+        if (models_.mixed) {
+          sign = other.model != nullptr
+                     ? codeMixed(signs, SignOpinions::mix(model, other, cell.corners), truth)
+                     : codeMixed(signs, models_.opinions.mix(model, cell.corners, which, lattice.shift == 0),
+                                 truth);
+        } else if (other.model != nullptr) {
+          sign = signs.code(*other.model, truth);
+          model.update(sign);
+        } else {
+          sign = signs.code(model, truth);
+        }
+        contexts.add(which, sign);
+        inside |= std::uint32_t{sign} << which;
+      }
+      SignBlock::set(windows, x, {newNodesAround(nodes), newNodesAround(inside)});
       block.share(y, z);
       done.add(x, y, z);
     }
@@ -273,8 +290,10 @@ class SignTree {
           kept |= std::uint32_t{leaves.code(model, truth_.divided(level, child(c)))} << c;
         }
       }
-      for (; kept != 0; kept &= kept - 1)
-        made_[count++] = child(static_cast<std::uint32_t>(std::countr_zero(kept)));
+      for (std::uint32_t c = 0; c < 8; ++c) {  // no branch: nobody guesses which are kept
+        made_[count] = child(c);
+        count += kept >> c & 1;
+      }
     }
     children_.insert(children_.end(), made_.begin(), made_.begin() + static_cast<std::ptrdiff_t>(count));
     if (children_.size() > max_cells_) {
@@ -294,7 +313,7 @@ class SignTree {
   std::vector<SignBlock> blocks_;     // one for each brick of index_
   std::array<Neighbour, 28> around_;  // of the brick at hand, itself included
   std::size_t around_count_ = 0;
-  std::array<Cell, std::size_t{8} * 64> made_;  // the children of a brick
+  std::array<Cell, std::size_t{8} * 64 + 1> made_;  // the children of a brick
   SignTreeModels& models_;
 };
 

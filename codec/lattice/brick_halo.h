@@ -2,146 +2,87 @@
 #pragma once
 
 #include <array>
-#include <bit>
 #include <cstdint>
-#include <vector>
+#include <utility>
 
-#include "lattice/cell_index.h"
+#ifdef __SSE2__
+#include <immintrin.h>
+#endif
 
 namespace isoreel {
 
 /// The places of the 6×6×6 cells from -1 to 4 around a brick of 4×4×4: a neighbour is a difference of slots.
 class BrickHalo {
  public:
+  static constexpr std::size_t kSlots = 216;
+  static constexpr std::uint32_t kNone = 0xFFFFFFFF;
   static constexpr std::size_t slot(int x, int y, int z) {
     return static_cast<std::size_t>(x + 1 + 6 * (y + 1) + 36 * (z + 1));
   }
 
-  /// The bricks around each brick of an index, itself in the middle: number dx + 1 + 3 (dy + 1) + 9 (dz + 1).
-  class Around {
-   public:
-    void build(const CellIndex& index) {
-      const auto count = static_cast<std::uint32_t>(index.bricks().size());
-      std::array<std::uint32_t, 27> none;
-      none.fill(CellIndex::kNone);
-      numbers_.assign(count, none);
-      for (std::uint32_t i = 0; i < count; ++i) {
-        const CellIndex::Brick& brick = index.bricks()[i];
-        numbers_[i][13] = i;
-        // Half of them are enough: each finds the other.
-        for (std::size_t around = 0; around < 13; ++around) {
-          const auto n = static_cast<int>(around);
-          const std::uint32_t other =
-              index.brickAt(brick.x + n % 3 - 1, brick.y + n / 3 % 3 - 1, brick.z + n / 9 - 1);
-          if (other == CellIndex::kNone) continue;
-          numbers_[i][around] = other;
-          numbers_[other][26 - around] = i;
-        }
-      }
-    }
-    const std::array<std::uint32_t, 27>& operator[](std::size_t brick) const { return numbers_[brick]; }
-
-   private:
-    std::vector<std::array<std::uint32_t, 27>> numbers_;
+  /// The cells of a brick: where the list has the first one, and by x + 4y + 16z how many come before it, or
+  /// -1 where there is none.
+  struct Own {
+    std::array<std::int16_t, 64> ranks;
+    std::uint32_t first;
   };
+  /// Of a cell with this rank, or kNone.
+  static std::uint32_t place(std::uint32_t first, std::int32_t rank) {
+    return (first + static_cast<std::uint32_t>(rank)) | static_cast<std::uint32_t>(rank >> 31);
+  }
+  static constexpr Own kEmpty = [] {
+    Own own{};
+    own.ranks.fill(-1);
+    return own;
+  }();
 
-  /// Fills the slots around a brick of `index`, whose neighbours are `around`.
-  void gather(const CellIndex& index, const std::array<std::uint32_t, 27>& around) {
-    places_.fill(CellIndex::kNone);
-    count_ = repeated_count_ = 0;
-    // The brick in the middle first: all of its cells are there, one after the other.
-    const CellIndex::Brick& middle = index.bricks()[around[13]];
-    if (middle.repeats()) {
-      putRepeated(middle, 13);
-    } else {
-      std::uint32_t place = middle.first;
-      for (std::uint64_t cells = middle.mask; cells != 0; cells &= cells - 1)
-        put(kSlots[static_cast<std::size_t>(std::countr_zero(cells))], place++);
-    }
-    for (std::size_t n = 0; n < 27; ++n) {
-      if (around[n] == CellIndex::kNone || n == 13) continue;
-      const CellIndex::Brick& other = index.bricks()[around[n]];
-      if (other.repeats()) {
-        putRepeated(other, n);
-        continue;
-      }
-      for (std::uint64_t cells = other.mask & kReached[n]; cells != 0; cells &= cells - 1) {
-        put(kSlots[static_cast<std::size_t>(std::countr_zero(cells))] + kBricks[n],
-            other.first + countBits(other.mask & ((cells & (0 - cells)) - 1)));
-      }
-    }
+  /// Fills the slots. `owns`: by number of brick, `around`: the numbers of the 27, as of CellIndex.
+  void gather(const Own* owns, const std::array<std::uint32_t, 27>& around) {
+    gather(owns, around, std::make_index_sequence<27>());
   }
-  /// The place of the cell in a slot, or CellIndex::kNone.
+  /// Those of the brick itself, and those next to them that are lower along any axes.
+  void gatherLower(const Own* owns, const std::array<std::uint32_t, 27>& around) {
+    gather(owns, around, std::index_sequence<0, 1, 3, 4, 9, 10, 12, 13>());
+  }
+  /// The place of the cell in a slot, or kNone.
   std::uint32_t operator[](std::size_t slot) const { return places_[slot]; }
-  /// Calls visit(slot, place) for each cell that is in the list once.
-  template <class Visit>
-  void forEach(Visit visit) const {
-    for (std::size_t i = 0; i < count_; ++i) visit(filled_[i], places_[filled_[i]]);
-  }
-  /// The same for those that are there several times; `place` is the first.
-  template <class Visit>
-  void forEachRepeated(Visit visit) const {
-    for (std::size_t i = 0; i < repeated_count_; ++i) visit(repeated_[i], places_[repeated_[i]]);
-  }
-  bool repeats() const { return repeated_count_ > 0; }
 
  private:
-  void put(int slot, std::uint32_t place) {
-    places_[static_cast<std::size_t>(slot)] = place;
-    filled_[count_++] = static_cast<std::uint8_t>(slot);
+  template <std::size_t... N>
+  void gather(const Own* owns, const std::array<std::uint32_t, 27>& around, std::index_sequence<N...>) {
+    (put<static_cast<int>(N)>(owns[around[N]]), ...);
   }
-  // The cells of the brick around with this number, some of which are repeated.
-  void putRepeated(const CellIndex::Brick& brick, std::size_t n) {
-    for (std::uint64_t cells = brick.mask & kReached[n]; cells != 0; cells &= cells - 1) {
-      const std::uint64_t bit = cells & (0 - cells);
-      const int slot = kSlots[static_cast<std::size_t>(std::countr_zero(cells))] + kBricks[n];
-      if ((brick.repeated[0] & bit) == 0) {
-        put(slot, CellIndex::place(brick, bit));
-      } else {
-        places_[static_cast<std::size_t>(slot)] = CellIndex::place(brick, bit);
-        repeated_[repeated_count_++] = static_cast<std::uint8_t>(slot);
-      }
-    }
-  }
-
-  // By bit of CellIndex::Brick::mask: the slot in the brick itself.
-  static constexpr auto kSlots = [] {
-    std::array<int, 64> slots{};
-    for (int bit = 0; bit < 64; ++bit) {
-      slots[static_cast<std::size_t>(bit)] = 43 + (bit & 1) + 2 * (bit >> 3 & 1) +
-                                             6 * ((bit >> 1 & 1) + 2 * (bit >> 4 & 1)) +
-                                             36 * ((bit >> 2 & 1) + 2 * (bit >> 5 & 1));
-    }
-    return slots;
-  }();
-  // By brick around: where its slots are from those of the brick in the middle.
-  static constexpr auto kBricks = [] {
-    std::array<int, 27> bricks{};
-    for (int n = 0; n < 27; ++n)
-      bricks[static_cast<std::size_t>(n)] = 4 * (n % 3 - 1 + 6 * (n / 3 % 3 - 1) + 36 * (n / 9 - 1));
-    return bricks;
-  }();
-  // By brick around: those of its cells that are in the halo.
-  static constexpr auto kReached = [] {
-    std::array<std::uint64_t, 27> reached{};
-    for (int around = 0; around < 27; ++around) {
-      const std::array<int, 3> offset{around % 3 - 1, around / 3 % 3 - 1, around / 9 - 1};
-      for (int bit = 0; bit < 64; ++bit) {
-        bool in = true;
-        for (int axis = 0; axis < 3; ++axis) {
-          const int at =
-              4 * offset[static_cast<std::size_t>(axis)] + (bit >> axis & 1) + 2 * (bit >> (axis + 3) & 1);
-          in = in && at >= -1 && at <= 4;
+  // The cells of the brick at one offset.
+  template <int N>
+  void put(const Own& own) {
+    constexpr int kX = N % 3 - 1, kY = N / 3 % 3 - 1, kZ = N / 9 - 1;
+    constexpr auto kFirst = [](int d) { return d < 0 ? 3 : 0; };
+    constexpr auto kLast = [](int d) { return d > 0 ? 0 : 3; };
+    for (int z = kFirst(kZ); z <= kLast(kZ); ++z) {
+      for (int y = kFirst(kY); y <= kLast(kY); ++y) {
+        const std::int16_t* const from = own.ranks.data() + kFirst(kX) + 4 * y + 16 * z;
+        std::uint32_t* const to = places_.data() + slot(kFirst(kX) + 4 * kX, y + 4 * kY, z + 4 * kZ);
+        if constexpr (kX == 0) {
+          putRow(own.first, from, to);
+        } else {
+          *to = place(own.first, *from);
         }
-        if (in) reached[static_cast<std::size_t>(around)] |= std::uint64_t{1} << bit;
       }
     }
-    return reached;
-  }();
+  }
+  static void putRow(std::uint32_t first, const std::int16_t* ranks, std::uint32_t* to) {
+#ifdef __SSE2__
+    __m128i rank = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(ranks));
+    rank = _mm_srai_epi32(_mm_unpacklo_epi16(rank, rank), 16);
+    const __m128i places = _mm_or_si128(_mm_add_epi32(rank, _mm_set1_epi32(static_cast<std::int32_t>(first))),
+                                        _mm_srai_epi32(rank, 31));
+    _mm_storeu_si128(reinterpret_cast<__m128i*>(to), places);
+#else
+    for (int i = 0; i < 4; ++i) to[i] = place(first, ranks[i]);
+#endif
+  }
 
-  std::array<std::uint32_t, 216> places_;
-  std::array<std::uint8_t, 216> filled_, repeated_;
-  std::size_t count_ = 0, repeated_count_ = 0;
+  std::array<std::uint32_t, kSlots> places_;
 };
 
 }  // namespace isoreel

@@ -20,16 +20,38 @@ class CellBlock {
     return result;
   }
 
-  /// Adds the cells of the brick at offset (dx, dy, dz), each -1 to 1; `rows` as of CellIndex::Brick.
-  void add(std::uint64_t rows, int dx, int dy, int dz) {
-    const int first = dz < 0 ? -1 : dz > 0 ? 4 : 0, last = dz < 0 ? -1 : dz > 0 ? 4 : 3;
-    for (int z = first; z <= last; ++z) {
-      const std::uint64_t plane = rows >> (16 * (z & 3)) & 0xFFFF;
-      std::uint64_t lanes =
-          (plane & 0xF) | (plane & 0xF0) << 5 | (plane & 0xF00) << 10 | (plane & 0xF000) << 15;
-      lanes = dx < 0 ? lanes >> 3 & kLanes : dx > 0 ? (lanes & kLanes) << 5 : lanes << 1;
-      lanes = dy < 0 ? lanes >> 3 * kLane : dy > 0 ? (lanes & 0x3F) << 5 * kLane : lanes << kLane;
-      planes_[static_cast<std::size_t>(z + 1)] |= lanes;
+  /// Adds the cells of the brick at an offset, numbered as in CellIndex::Around; `rows` as of
+  /// CellIndex::Brick.
+  void add(std::uint64_t rows, std::uint32_t offset) {
+    static constexpr auto kMoves = [] {
+      std::array<Move, 27> moves{};
+      for (int n = 0; n < 27; ++n) {
+        const int dx = n % 3 - 1, dy = n / 3 % 3 - 1;
+        Move& move = moves[static_cast<std::size_t>(n)];
+        move.from = (dx < 0 ? 8u : dx > 0 ? 1u : 15u) * (dy < 0 ? 0x1000u : dy > 0 ? 1u : 0x1111u);
+        move.left = static_cast<std::uint8_t>((dx < 0   ? 0
+                                               : dx > 0 ? 5
+                                                        : 1) +
+                                              kLane * (dy < 0   ? 0
+                                                       : dy > 0 ? 5
+                                                                : 1));
+        move.right = static_cast<std::uint8_t>((dx < 0 ? 3 : 0) + kLane * (dy < 0 ? 3 : 0));
+      }
+      return moves;
+    }();
+    const Move& move = kMoves[offset];
+    const auto plane = [&](std::uint64_t from) {
+      from &= move.from;
+      const std::uint64_t lanes =
+          (from & 0xF) | (from & 0xF0) << 5 | (from & 0xF00) << 10 | (from & 0xF000) << 15;
+      return lanes << move.left >> move.right;
+    };
+    if (offset < 9) {
+      planes_[0] |= plane(rows >> 48);
+    } else if (offset < 18) {
+      for (std::size_t z = 0; z < 4; ++z) planes_[z + 1] |= plane(rows >> 16 * z);
+    } else {
+      planes_[5] |= plane(rows);
     }
   }
   void add(int x, int y, int z) { planes_[static_cast<std::size_t>(z + 1)] |= bit(x, y); }
@@ -50,7 +72,11 @@ class CellBlock {
   }
 
  private:
-  static constexpr std::uint64_t kLanes = 1 | 1 << kLane | 1 << 2 * kLane | 1 << 3 * kLane;
+  // Which cells of a plane of another brick are near, and how far they go.
+  struct Move {
+    std::uint32_t from;
+    std::uint8_t left, right;
+  };
   static std::uint64_t bit(int x, int y) { return std::uint64_t{1} << (kLane * (y + 1) + x + 1); }
 
   std::array<std::uint64_t, 6> planes_{};  // by z + 1; row y at lane y + 1, bit x + 1 of a lane

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "lattice/bits.h"
+#include "lattice/brick_halo.h"
 #include "lattice/brick_map.h"
 #include "lattice/morton.h"
 
@@ -19,25 +20,21 @@ inline bool isActive(const Cell& cell) { return cell.corners != 0 && cell.corner
 inline bool sameCell(const Cell& a, const Cell& b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
 
 /// Finds cells by coordinates, in a list that is in Morton order: the cells of an aligned 4×4×4 brick are
-/// neighbours in the list, so a bit mask and one number a brick are enough. A cell may be in the list up to
-/// four times, one after the other.
+/// neighbours in the list, so a bit mask and one number a brick are enough. The same goes for bricks among
+/// themselves. A cell may be in the list up to four times, one after the other.
 class CellIndex {
  public:
   struct Brick {
-    std::uint64_t mask = 0;  // bit: Morton code of the cell inside the brick
-    std::uint64_t rows = 0;  // the same with bit x + 4y + 16z
-    // Cells that are there at least twice, three and four times, as in `mask`.
-    std::array<std::uint64_t, 3> repeated{};
-    std::uint32_t first = 0;  // place of the brick's first cell
-    std::uint32_t count = 0;
+    std::uint64_t mask = 0;            // bit: Morton code of the cell inside the brick
+    std::uint64_t rows = 0;            // the same with bit x + 4y + 16z
+    std::uint32_t first = 0;           // place of the brick's first cell
+    std::uint32_t count = 0;           // of them, with those that are there again
     std::int32_t x = 0, y = 0, z = 0;  // cell coordinates / 4
-
-    bool repeats() const { return repeated[0] != 0; }
-    std::uint32_t repetitions(std::uint64_t cells) const {
-      return countBits(repeated[0] & cells) + countBits(repeated[1] & cells) + countBits(repeated[2] & cells);
-    }
+    bool repeats = false;              // some of them are there several times
   };
   static constexpr std::uint32_t kNone = BrickMap::kNone;
+  /// Numbers of the bricks around a brick, by dx + 1 + 3 (dy + 1) + 9 (dz + 1), itself in the middle.
+  using Around = std::array<std::uint32_t, 27>;
 
   /// `cells` in Morton order; not kept.
   void build(std::span<const Cell> cells);
@@ -45,29 +42,70 @@ class CellIndex {
   void repeat(std::span<const Cell> cells);
   /// Place of the cell in the list, the first if it has several, or kNone. Coordinates from -1 to 65536.
   std::uint32_t find(std::int32_t x, std::int32_t y, std::int32_t z) const {
-    const std::uint32_t number = map_.find(x >> 2, y >> 2, z >> 2);
-    if (number == BrickMap::kNone) return kNone;
-    return place(bricks_[number], bit(x, y, z));
+    const std::uint32_t number = brickAt(x >> 2, y >> 2, z >> 2);
+    if (number == kNone) return kNone;
+    const BrickHalo::Own& own = owns_[number];
+    return BrickHalo::place(own.first,
+                            own.ranks[static_cast<std::size_t>((x & 3) + 4 * (y & 3) + 16 * (z & 3))]);
   }
-  const std::vector<Brick>& bricks() const { return bricks_; }
+  /// Places of the 27 cells around a cell of the list, in the order of Around.
+  Around placesAround(std::int32_t x, std::int32_t y, std::int32_t z) const {
+    Around places;
+    const Around& bricks = around_[brickAt(x >> 2, y >> 2, z >> 2)];
+    for (std::int32_t n = 0; n < 27; ++n) {
+      const std::int32_t ax = (x & 3) + n % 3 - 1, ay = (y & 3) + n / 3 % 3 - 1, az = (z & 3) + n / 9 - 1;
+      const BrickHalo::Own& own =
+          owns_[bricks[static_cast<std::size_t>(13 + (ax >> 2) + 3 * (ay >> 2) + 9 * (az >> 2))]];
+      const auto row = static_cast<std::size_t>((ax & 3) + 4 * (ay & 3) + 16 * (az & 3));
+      places[static_cast<std::size_t>(n)] = BrickHalo::place(own.first, own.ranks[row]);
+    }
+    return places;
+  }
+  std::span<const Brick> bricks() const { return std::span(bricks_).first(around_.size()); }
+  /// Whether a cell that a BrickHalo around this brick has is there several times.
+  bool repeatsAround(std::size_t number) const {
+    return repeats_ && std::any_of(around_[number].begin(), around_[number].end(),
+                                   [&](std::uint32_t other) { return bricks_[other].repeats; });
+  }
+  /// The bricks around one. One that is not there has the number bricks().size().
+  const Around& around(std::size_t number) const { return around_[number]; }
+  /// By number; an empty one for bricks().size().
+  const Brick& brickOrEmpty(std::size_t number) const { return bricks_[number]; }
+  /// The places of the bricks' cells, by number; for bricks().size() none.
+  const BrickHalo::Own* owns() const { return owns_.data(); }
   /// Memory beyond the object itself.
-  std::uint64_t bytes() const { return bricks_.capacity() * sizeof(Brick) + map_.bytes(); }
-  /// Number of the brick at brick coordinates, or BrickMap::kNone.
-  std::uint32_t brickAt(std::int32_t x, std::int32_t y, std::int32_t z) const { return map_.find(x, y, z); }
+  std::uint64_t bytes() const {
+    return (bricks_.capacity() + blocks_.capacity()) * sizeof(Brick) + around_.capacity() * sizeof(Around) +
+           (owns_.capacity() + block_owns_.capacity()) * sizeof(BrickHalo::Own) + map_.bytes();
+  }
+  /// Number of the brick at brick coordinates, or kNone.
+  std::uint32_t brickAt(std::int32_t x, std::int32_t y, std::int32_t z) const {
+    const std::uint32_t number = map_.find(x >> 2, y >> 2, z >> 2);
+    return number == kNone ? kNone : place(blocks_[number], bit(x, y, z));
+  }
 
   static std::uint64_t bit(std::int32_t x, std::int32_t y, std::int32_t z) {
     const auto spread = [](std::int32_t v) { return (v & 1) | (v & 2) << 2; };
     return std::uint64_t{1} << (spread(x) | spread(y) << 1 | spread(z) << 2);
   }
-  static std::uint32_t place(const Brick& brick, std::uint64_t bit) {
-    if ((brick.mask & bit) == 0) return kNone;
-    const std::uint32_t place = brick.first + countBits(brick.mask & (bit - 1));
-    return brick.repeats() ? place + brick.repetitions(bit - 1) : place;
-  }
 
  private:
-  BrickMap map_;
-  std::vector<Brick> bricks_;
+  /// Of a brick that is not in its block's list several times.
+  static std::uint32_t place(const Brick& block, std::uint64_t bit) {
+    if ((block.mask & bit) == 0) return kNone;
+    return block.first + countBits(block.mask & (bit - 1));
+  }
+  template <class Cells>
+  static void group(const Cells& cells, std::size_t count, std::vector<Brick>& bricks,
+                    std::vector<BrickHalo::Own>& owns);
+  void connect();
+
+  std::vector<Brick> bricks_;  // and an empty one
+  std::vector<Brick> blocks_;  // the bricks of bricks
+  BrickMap map_;               // of blocks_
+  std::vector<Around> around_;
+  std::vector<BrickHalo::Own> owns_, block_owns_;
+  bool repeats_ = false;
 };
 
 }  // namespace isoreel

@@ -1,82 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "lattice/dual_mesh.h"
 
-#include <bit>
-
 #include "lattice/sheets.h"
 
 namespace isoreel {
 namespace {
 
-// A brick's own cells, and those one step lower along each axis: their places in the list, 5×5×5 of them. The
-// way from a cell to its neighbour is a difference of indices.
-class Places {
- public:
-  static constexpr std::array<std::uint32_t, 3> kStrides{1, 5, 25};
-  static constexpr std::size_t kOrigin = 1 + 5 + 25;
+// Steps between slots of a BrickHalo.
+constexpr std::array<std::uint32_t, 3> kStrides{1, 6, 36};
 
-  /// Where in the table the cell is that has this bit (by number) in CellIndex::Brick::mask.
-  static std::size_t slot(int bit) { return kSlots[static_cast<std::size_t>(bit)]; }
-
-  /// True when some of the cells are repeated.
-  bool gather(const CellIndex& index, const CellIndex::Brick& brick) {
-    places_.fill(CellIndex::kNone);
-    bool repeats = brick.repeats();
-    for (std::uint64_t mask = brick.mask, next = brick.first; mask != 0; mask &= mask - 1)
-      places_[slot(std::countr_zero(mask))] =
-          repeats ? CellIndex::place(brick, mask & (0 - mask)) : static_cast<std::uint32_t>(next++);
-    for (int lower = 1; lower < 8; ++lower) {  // the axes along which the neighbour brick is lower
-      const std::uint32_t number =
-          index.brickAt(brick.x - (lower & 1), brick.y - (lower >> 1 & 1), brick.z - (lower >> 2));
-      if (number == BrickMap::kNone) continue;
-      const CellIndex::Brick& other = index.bricks()[number];
-      repeats = repeats || other.repeats();
-      std::uint64_t mask = other.mask;
-      std::size_t back = 0;
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        if ((lower >> axis & 1) == 0) continue;
-        mask &= kHighest[axis];
-        back += 4 * kStrides[axis];
-      }
-      for (; mask != 0; mask &= mask - 1)
-        places_[slot(std::countr_zero(mask)) - back] = CellIndex::place(other, mask & (0 - mask));
-    }
-    return repeats;
-  }
-  std::uint32_t operator[](std::size_t slot) const { return places_[slot]; }
-
- private:
-  static constexpr auto kSlots = [] {
-    std::array<std::uint8_t, 64> slots{};
-    for (std::size_t bit = 0; bit < 64; ++bit) {
-      std::size_t at = kOrigin;
-      for (std::size_t axis = 0; axis < 3; ++axis)
-        at += kStrides[axis] * ((bit >> axis & 1) + 2 * (bit >> (axis + 3) & 1));
-      slots[bit] = static_cast<std::uint8_t>(at);
-    }
-    return slots;
-  }();
-  // The cells of a brick with coordinate 3 along an axis.
-  static constexpr auto kHighest = [] {
-    std::array<std::uint64_t, 3> masks{};
-    for (std::size_t bit = 0; bit < 64; ++bit) {
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        if (bit >> axis & bit >> (axis + 3) & 1) masks[axis] |= std::uint64_t{1} << bit;
-      }
-    }
-    return masks;
-  }();
-
-  std::array<std::uint32_t, 125> places_;
-};
-
-// How far back in Places the second, third and fourth corner of a quad are: by axis, then by whether the
+// How far back the second, third and fourth corner of a quad are: by axis, then by whether the
 // cell's corner 0 is inside.
 constexpr auto kBack = [] {
   std::array<std::array<std::uint8_t, 3>, 6> back{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto u = static_cast<std::uint8_t>(Places::kStrides[(axis + 1) % 3]),
-               v = static_cast<std::uint8_t>(Places::kStrides[(axis + 2) % 3]);
+    const auto u = static_cast<std::uint8_t>(kStrides[(axis + 1) % 3]),
+               v = static_cast<std::uint8_t>(kStrides[(axis + 2) % 3]);
     back[2 * axis + 1] = {u, static_cast<std::uint8_t>(u + v), v};
     back[2 * axis] = {v, static_cast<std::uint8_t>(u + v), u};
   }
@@ -110,7 +49,7 @@ std::vector<Quad> dualQuads(std::span<const Cell> cells, const CellIndex& index)
   std::vector<Quad> quads;
   // A closed surface has as many quads as vertices, less two for each piece and more for its handles.
   quads.reserve(cells.size() + cells.size() / 64 + 64);
-  Places places;
+  BrickHalo places;
   std::array<Quad, std::size_t{3} * 64> made;
   struct Edge {
     std::uint32_t vertex;
@@ -118,30 +57,31 @@ std::vector<Quad> dualQuads(std::span<const Cell> cells, const CellIndex& index)
     std::uint8_t back;
   };
   std::array<Edge, std::size_t{3} * 64 + 1> edges;
-  for (const CellIndex::Brick& brick : index.bricks()) {
-    const bool repeats = places.gather(index, brick);
+  for (std::size_t number = 0; number < index.bricks().size(); ++number) {
+    const CellIndex::Brick& brick = index.bricks()[number];
+    places.gatherLower(index.owns(), index.around(number));
     const bool at_border = brick.x == 0 || brick.y == 0 || brick.z == 0;
     // First which edges, then their quads: where an edge lies in its brick is anybody's guess, and so would
     // be a branch on it.
     std::size_t count = 0;
-    std::uint64_t mask = brick.mask;
     for (std::uint32_t i = brick.first; i < brick.first + brick.count; ++i) {
       const Cell& cell = cells[i];
       const std::uint32_t axes = changes(cell) & (at_border ? whole(cell) : 7u);
-      const auto slot = static_cast<std::uint8_t>(Places::slot(std::countr_zero(mask)));
+      const auto slot = static_cast<std::uint8_t>(BrickHalo::slot(cell.x & 3, cell.y & 3, cell.z & 3));
       for (std::uint32_t axis = 0; axis < 3; ++axis) {
         edges[count] = {i, slot, static_cast<std::uint8_t>(2 * axis + (cell.corners & 1))};
         count += axes >> axis & 1;
       }
-      if (!repeats || i + 1 == cells.size() || !sameCell(cell, cells[i + 1])) mask &= mask - 1;
     }
     for (std::size_t k = 0; k < count; ++k) {
       const std::size_t slot = edges[k].slot;
       const auto& back = kBack[edges[k].back];
       made[k] = {edges[k].vertex, places[slot - back[0]], places[slot - back[1]], places[slot - back[2]]};
     }
-    for (std::size_t k = 0; k < (repeats ? count : 0); ++k)
-      findSheets(cells, edges[k].back / 2, edges[k].back % 2 != 0, made[k]);
+    if (index.repeatsAround(number)) {
+      for (std::size_t k = 0; k < count; ++k)
+        findSheets(cells, edges[k].back / 2, edges[k].back % 2 != 0, made[k]);
+    }
     quads.insert(quads.end(), made.begin(), made.begin() + static_cast<std::ptrdiff_t>(count));
   }
   return quads;

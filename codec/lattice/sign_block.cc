@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "lattice/sign_block.h"
 
+#include <utility>
+
 namespace isoreel {
 namespace {
 
@@ -45,25 +47,38 @@ void SignBlock::agree() {
   }
 }
 
-void SignBlock::pull(const SignBlock& other, int dx, int dy, int dz) {
+template <int Offset>
+void SignBlock::pullFrom(SignBlock& block, const SignBlock& other) {
+  constexpr int kX = Offset % 3 - 1, kY = Offset / 3 % 3 - 1, kZ = Offset / 9 - 1;
   // Which of the other's nodes these are, and how far they move within their window.
-  const std::uint64_t from = mask(dy < 0   ? 0b01100  // its rows 7 and 8 are rows -1 and 0 here
-                                  : dy > 0 ? 0b00110  // its rows 0 and 1 are rows 8 and 9 here
-                                           : 0b11111,
-                                  dx < 0   ? 0x300  // the same along x
-                                  : dx > 0 ? 0x006
-                                           : 0x7FF);
-  const int left = (dx > 0 ? 8 : 0) + (dy > 0 ? 2 * kLane : 0),
-            right = (dx < 0 ? 8 : 0) + (dy < 0 ? 2 * kLane : 0);
-  const int first_plane = dz < 0 ? 0 : dz > 0 ? 9 : 1, planes = dz == 0 ? 9 : 2;
-  const int first = dy > 0 ? 3 : 0, rows = dy == 0 ? 4 : 1;
-  SignWindow* to = &windows_[static_cast<std::size_t>(4 * first_plane + first)];
+  constexpr std::uint64_t kFrom = mask(kY < 0   ? 0b01100  // its rows 7 and 8 are rows -1 and 0 here
+                                       : kY > 0 ? 0b00110  // its rows 0 and 1 are rows 8 and 9 here
+                                                : 0b11111,
+                                       kX < 0   ? 0x300  // the same along x
+                                       : kX > 0 ? 0x006
+                                                : 0x7FF);
+  constexpr int kLeft = (kX > 0 ? 8 : 0) + (kY > 0 ? 2 * kLane : 0),
+                kRight = (kX < 0 ? 8 : 0) + (kY < 0 ? 2 * kLane : 0);
+  constexpr int kFirstPlane = kZ < 0 ? 0 : kZ > 0 ? 9 : 1, kPlanes = kZ == 0 ? 9 : 2;
+  constexpr int kFirst = kY > 0 ? 3 : 0, kRows = kY == 0 ? 4 : 1;
+  SignWindow* to = &block.windows_[static_cast<std::size_t>(4 * kFirstPlane + kFirst)];
   const SignWindow* source =
-      &other.windows_[static_cast<std::size_t>(4 * (first_plane - 8 * dz) + first - 3 * dy)];
-  for (int plane = 0; plane < planes; ++plane, to += kNextPlane, source += kNextPlane) {
-    for (int i = 0; i < rows; ++i)
-      to[i].add({(source[i].known & from) << left >> right, (source[i].inside & from) << left >> right});
+      &other.windows_[static_cast<std::size_t>(4 * (kFirstPlane - 8 * kZ) + kFirst - 3 * kY)];
+  for (int plane = 0; plane < kPlanes; ++plane, to += kNextPlane, source += kNextPlane) {
+    for (int i = 0; i < kRows; ++i) {
+      to[i].add(
+          {(source[i].known & kFrom) << kLeft >> kRight, (source[i].inside & kFrom) << kLeft >> kRight});
+    }
   }
+}
+
+void SignBlock::pull(const SignBlock& other, std::uint32_t offset) {
+  // A function for each offset: loops without ends to guess.
+  static constexpr auto kPulls = []<int... O>(std::integer_sequence<int, O...>) {
+    return std::array<void (*)(SignBlock&, const SignBlock&), 27>{&pullFrom<O>...};
+  }
+  (std::make_integer_sequence<int, 27>());
+  kPulls[offset](*this, other);
 }
 
 }  // namespace isoreel

@@ -49,10 +49,15 @@ class SignBlock {
   void agree();
   /// Brings the new nodes of a cell at (y, z) to the windows that overlap its own.
   void share(int y, int z) {
+    // Without a branch: where there is no other window, nothing goes to this one.
+    const int down = y > 0, up = y < 3;
+    const std::uint64_t to_lower = 0 - static_cast<std::uint64_t>(down),
+                        to_upper = 0 - static_cast<std::uint64_t>(up);
     SignWindow* at = windows(y, z) + kNextPlane;
     for (int plane = 0; plane < 3; ++plane, at += kNextPlane) {
-      if (y > 0) at[-1].add(lower(at[0]));
-      if (y < 3) at[1].add(higher(at[0]));
+      const SignWindow low = lower(*at), high = higher(*at);
+      at[-down].add({low.known & to_lower, low.inside & to_lower});
+      at[up].add({high.known & to_upper, high.inside & to_upper});
     }
   }
   /// The 3×3×3 nodes in three windows of successive planes, interleaved: bit (dx + 1) + 3 (dz + 1) + 12 (dy +
@@ -78,15 +83,19 @@ class SignBlock {
     return {countBits(three.known) + countBits(last.known >> shift & kFour),
             countBits(three.inside) + countBits(last.inside >> shift & kFour)};
   }
-  /// Makes the node in the middle of around() known.
-  static void setMiddle(SignWindow* at, int shift, bool inside) {
-    shift += SignWindow::kLane + 1;
-    at[kNextPlane].known |= std::uint64_t{1} << shift;
-    at[kNextPlane].inside |= std::uint64_t{inside} << shift;
+  /// Makes nodes of a cell at x, in its row's windows, known: those of its 27, as around() has them, that are
+  /// in `nodes.known`.
+  static void set(SignWindow* windows, int x, const SignWindow& nodes) {
+    SignWindow* at = windows + kNextPlane;
+    for (int plane = 0; plane < 3; ++plane, at += kNextPlane) {
+      at->add({(nodes.known >> 3 * plane & SignWindow::kSquare) << (SignWindow::kLane + 1 + 2 * x),
+               (nodes.inside >> 3 * plane & SignWindow::kSquare) << (SignWindow::kLane + 1 + 2 * x)});
+    }
   }
 
-  /// Adds what the neighbouring brick at offset (dx, dy, dz), each -1 to 1, knows of the nodes of this block.
-  void pull(const SignBlock& other, int dx, int dy, int dz);
+  /// Adds what the neighbouring brick at an offset, numbered as in CellIndex::Around, knows of the nodes of
+  /// this block.
+  void pull(const SignBlock& other, std::uint32_t offset);
 
   bool isKnown(int x, int y, int z) const { return at(y, z).known >> bit(x, y) & 1; }
   bool isInside(int x, int y, int z) const { return at(y, z).inside >> bit(x, y) & 1; }
@@ -97,6 +106,9 @@ class SignBlock {
   const SignWindow& at(int y, int z) const {
     return windows_[static_cast<std::size_t>(4 * (z + 1) + row(y))];
   }
+
+  template <int Offset>
+  static void pullFrom(SignBlock& block, const SignBlock& other);
 
   // The same nodes as the next window, and the one before, has them.
   static SignWindow higher(const SignWindow& w) {

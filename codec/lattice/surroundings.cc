@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "lattice/surroundings.h"
 
-#include <bit>
+#include <cstring>
 #include <utility>
 
 #include "lattice/brick_halo.h"
@@ -10,31 +10,28 @@
 namespace isoreel {
 namespace {
 
+// Two words that go the same way: nodes that are known, and those of them inside.
+using Pair = std::uint64_t __attribute__((vector_size(16)));
+
+// By the signs of a square's corners: two bits in each of two rows.
+constexpr std::array<std::uint16_t, 16> kSpread{0x000, 0x001, 0x002, 0x003, 0x100, 0x101, 0x102, 0x103,
+                                                0x200, 0x201, 0x202, 0x203, 0x300, 0x301, 0x302, 0x303};
+
 // The nodes from -1 to 5 around a brick: a word for each z, eight bits for each y.
 class Nodes {
  public:
-  void clear() {
-    known_.fill(0);
-    inside_.fill(0);
-  }
-  /// The corners of the cell in a slot of a halo.
-  void add(std::size_t slot, std::uint32_t corners) {
-    const auto [plane, shift] = kPlaces[slot];
-    const std::uint64_t low = kSpread[corners & 15], high = kSpread[corners >> 4];
-    known_[plane] |= std::uint64_t{1} << shift;  // of the cell, until extend()
-    inside_[plane] |= low << shift;
-    inside_[plane + 1u] |= high << shift;
+  /// From the bricks around, numbered as in CellIndex::Around.
+  void gather(const Surroundings::OwnNodes* owns, const CellIndex::Around& around) {
+    std::array<Pair, 7> planes{};
+    gather(owns, around, planes, std::make_index_sequence<27>());
+    for (std::size_t z = 0; z < 7; ++z) {
+      known_[z] = planes[z][0];
+      inside_[z] = planes[z][1];
+    }
   }
   /// Nodes that no active cell has as a corner are as those one step nearer: no edge between them changes
   /// sign.
   void extend() {
-    std::uint64_t below = 0;
-    for (std::uint64_t& known : known_) {
-      std::uint64_t corners = known | known << 1;
-      corners |= corners << 8;
-      known = corners | below;
-      below = corners;
-    }
     for (std::size_t z = 0; z < 7; ++z) {
       const std::uint64_t right = known_[z] << 1 & kRows & ~known_[z],
                           left = known_[z] >> 1 & ~known_[z] & ~right;
@@ -57,10 +54,6 @@ class Nodes {
 
  private:
   static constexpr std::uint64_t kRows = 0x007F7F7F7F7F7F7F;
-  // By the signs of a square's corners: two bits in each of two rows.
-  static constexpr std::array<std::uint16_t, 16> kSpread{0x000, 0x001, 0x002, 0x003, 0x100, 0x101,
-                                                         0x102, 0x103, 0x200, 0x201, 0x202, 0x203,
-                                                         0x300, 0x301, 0x302, 0x303};
   // Four nodes of four rows of each of two planes, in 32 bits.
   static std::uint64_t pack(std::uint64_t low, std::uint64_t high) {
     std::uint64_t rows = (low & 0x0F0F0F0F) | (high & 0x0F0F0F0F) << 32;
@@ -69,15 +62,33 @@ class Nodes {
     return (rows | rows >> 16) & 0xFFFFFFFF;
   }
 
-  // By slot of a halo: z + 1, and the bit of the cell's corner 0 in its plane.
-  static constexpr auto kPlaces = [] {
-    std::array<std::pair<std::uint8_t, std::uint8_t>, 216> places{};
-    for (std::size_t slot = 0; slot < places.size(); ++slot) {
-      places[slot] = {static_cast<std::uint8_t>(slot / 36),
-                      static_cast<std::uint8_t>(8 * (slot / 6 % 6) + slot % 6)};
+  template <std::size_t... N>
+  static void gather(const Surroundings::OwnNodes* owns, const CellIndex::Around& around,
+                     std::array<Pair, 7>& planes, std::index_sequence<N...>) {
+    (add<static_cast<int>(N)>(owns[around[N]], planes), ...);
+  }
+  // What the brick at one offset has of these nodes.
+  template <int N>
+  static void add(const Surroundings::OwnNodes& own, std::array<Pair, 7>& planes) {
+    constexpr int kX = N % 3 - 1, kY = N / 3 % 3 - 1, kZ = N / 9 - 1;
+    // Of either axis: the other's last two nodes, all five, or its first two.
+    constexpr std::uint64_t kColumns = kX < 0 ? 0x18 : kX > 0 ? 0x03 : 0x1F;
+    constexpr std::uint64_t kRowBits = kY < 0 ? 0x0101000000 : kY > 0 ? 0x0101 : 0x0101010101;
+    constexpr std::uint64_t kMask = kColumns * kRowBits;
+    constexpr int kUp = 9 + 32 * kY + 4 * kX;
+    constexpr int kFirst = kZ < 0 ? 3 : 0, kLast = kZ > 0 ? 1 : 4;
+    for (int z = kFirst; z <= kLast; ++z) {
+      Pair nodes;
+      std::memcpy(&nodes, own.planes[static_cast<std::size_t>(z)].data(), sizeof nodes);
+      nodes &= Pair{kMask, kMask};
+      Pair& to = planes[static_cast<std::size_t>(z + 1 + 4 * kZ)];
+      if constexpr (kUp >= 0) {
+        to |= nodes << kUp;
+      } else {
+        to |= nodes >> -kUp;
+      }
     }
-    return places;
-  }();
+  }
 
   std::array<std::uint64_t, 7> known_, inside_;
 };
@@ -107,6 +118,9 @@ constexpr std::array<std::ptrdiff_t, 8> kCornerSteps{stepOf(-1, -1, -1), stepOf(
                                                      stepOf(1, 1, -1),   stepOf(-1, -1, 1), stepOf(1, -1, 1),
                                                      stepOf(-1, 1, 1),   stepOf(1, 1, 1)};
 
+// Of a vertex, and what may be read behind the last.
+constexpr std::size_t kMostLinks = 14, kReadBehind = 16;
+
 // Adds the cells at `steps` from a slot that come before `end`; returns how many.
 template <std::size_t N>
 std::uint8_t link(const BrickHalo& halo, std::size_t slot, const std::array<std::ptrdiff_t, N>& steps,
@@ -126,24 +140,51 @@ void Surroundings::build(std::span<const Cell> cells, const CellIndex& index) {
   faces.resize(cells.size());
   signs.resize(cells.size());
   for (Colour& colour : colours) {
-    colour.cells.clear();
-    colour.counts.clear();
+    colour.cells.resize(cells.size());
+    colour.counts.resize(cells.size());
   }
-  std::array<std::size_t, 2> used{};
+  std::array<std::size_t, 2> used{}, listed{};
+  const std::size_t bricks = index.bricks().size();
+  own_nodes_.resize(bricks + 1);  // and those of an empty one
+  for (std::size_t number = 0; number <= bricks; ++number) {
+    const CellIndex::Brick& brick = index.brickOrEmpty(number);
+    OwnNodes own_nodes;
+    for (std::uint32_t i = 0; i < brick.count; ++i) {
+      const Cell& cell = cells[brick.first + i];
+      std::uint32_t corners = cell.corners;
+      if (brick.repeats) {
+        if (i > 0 && sameCell(cell, cells[brick.first + i - 1])) continue;
+        corners = signsOf(cells, brick.first + i);
+      }
+      const unsigned x = cell.x & 3u, y = cell.y & 3u, z = cell.z & 3u;
+      own_nodes.planes[z][1] |= std::uint64_t{kSpread[corners & 15u]} << (x + 8 * y);
+      own_nodes.planes[z + 1][1] |= std::uint64_t{kSpread[corners >> 4]} << (x + 8 * y);
+    }
+    for (std::size_t z = 0; z < 4; ++z) {
+      const std::uint64_t rows = brick.rows >> 16 * z;
+      std::uint64_t corners = (rows & 0xF) | (rows & 0xF0) << 4 | (rows & 0xF00) << 8 | (rows & 0xF000) << 12;
+      corners |= corners << 1;
+      corners |= corners << 8;
+      own_nodes.planes[z][0] |= corners;
+      own_nodes.planes[z + 1][0] |= corners;
+    }
+    own_nodes_[number] = own_nodes;
+  }
   Nodes nodes;
   BrickHalo halo;
-  bricks_.build(index);
-  for (std::size_t number = 0; number < index.bricks().size(); ++number) {
+  std::array<std::array<std::uint8_t, 4 * 32>, 2> slots;  // of the brick's vertices, by colour
+  for (std::size_t number = 0; number < bricks; ++number) {
     const CellIndex::Brick& brick = index.bricks()[number];
-    nodes.clear();
-    halo.gather(index, bricks_[number]);
-    halo.forEach([&](std::size_t slot, std::uint32_t place) { nodes.add(slot, cells[place].corners); });
-    halo.forEachRepeated(
-        [&](std::size_t slot, std::uint32_t place) { nodes.add(slot, signsOf(cells, place)); });
+    halo.gather(index.owns(), index.around(number));
+    nodes.gather(own_nodes_.data(), index.around(number));
     nodes.extend();
     for (std::size_t k = 0; k < 2; ++k) {
-      if (colours[k].links.size() < used[k] + 14 * 64) colours[k].links.resize(2 * used[k] + 14 * 64);
+      const std::size_t room = kMostLinks * brick.count + kReadBehind;
+      if (colours[k].links.size() < used[k] + room)
+        colours[k].links.resize(used[k] + used[k] / 4 + 4 * kMostLinks * 64 + room);
     }
+    const std::array<std::size_t, 2> before = listed;
+    const bool repeats = index.repeatsAround(number);
     for (std::uint32_t i = brick.first; i < brick.first + brick.count; ++i) {
       const Cell& cell = cells[i];
       const int x = cell.x & 3, y = cell.y & 3, z = cell.z & 3;
@@ -163,30 +204,46 @@ void Surroundings::build(std::span<const Cell> cells, const CellIndex& index) {
         }
       }
       faces[i] = static_cast<std::uint8_t>(present);
-      const std::size_t odd = static_cast<std::size_t>(x + y + z) & 1;
-      Colour& colour = colours[odd];
-      std::uint32_t* const to = colour.links.data() + used[odd];
-      std::uint32_t count;
-      if (odd == 0) {
-        count = link(halo, slot, kEdgeSteps, i, to);
-        used[odd] += count;
-      } else {
-        const std::uint32_t near = link(halo, slot, kFaceSteps, CellIndex::kNone, to);
-        const std::uint32_t far = link(halo, slot, kCornerSteps, CellIndex::kNone, to + near);
-        count = near | far << 4;
-        used[odd] += near + far;
-      }
-      if (halo.repeats()) {
+      if (repeats) {
         signs[i] = signsAround(signs[i], cell);
         for (std::uint32_t& other : across[i]) {
           if (other != i) other = facingSheet(cells, other, cell);
         }
-        for (std::uint32_t n = 0; n < linkCount(static_cast<std::uint8_t>(count)); ++n)
-          to[n] = facingSheet(cells, to[n], cell);
       }
-      colour.cells.push_back(i);
-      colour.counts.push_back(static_cast<std::uint8_t>(count));
+      const std::size_t odd = static_cast<std::size_t>(x + y + z) & 1;
+      Colour& colour = colours[odd];
+      colour.cells[listed[odd]] = i;
+      slots[odd][listed[odd]++ - before[odd]] = static_cast<std::uint8_t>(slot);
     }
+    const std::array<std::size_t, 2> first_links = used;
+    // Each colour by itself: which a cell is of nobody guesses.
+    for (std::size_t n = before[0]; n < listed[0]; ++n) {
+      Colour& even = colours[0];
+      even.counts[n] =
+          link(halo, slots[0][n - before[0]], kEdgeSteps, even.cells[n], even.links.data() + used[0]);
+      used[0] += even.counts[n];
+    }
+    for (std::size_t n = before[1]; n < listed[1]; ++n) {
+      Colour& odd = colours[1];
+      const std::size_t slot = slots[1][n - before[1]];
+      std::uint32_t* const to = odd.links.data() + used[1];
+      const std::uint32_t near = link(halo, slot, kFaceSteps, CellIndex::kNone, to);
+      const std::uint32_t far = link(halo, slot, kCornerSteps, CellIndex::kNone, to + near);
+      odd.counts[n] = static_cast<std::uint8_t>(near | far << 4);
+      used[1] += near + far;
+    }
+    for (std::size_t k = 0; k < (repeats ? 2 : 0); ++k) {
+      std::uint32_t* to = colours[k].links.data() + first_links[k];
+      for (std::size_t n = before[k]; n < listed[k]; ++n) {
+        const Cell& cell = cells[colours[k].cells[n]];
+        for (std::uint32_t left = linkCount(colours[k].counts[n]); left > 0; --left, ++to)
+          *to = facingSheet(cells, *to, cell);
+      }
+    }
+  }
+  for (std::size_t k = 0; k < 2; ++k) {
+    colours[k].cells.resize(listed[k]);
+    colours[k].counts.resize(listed[k]);
   }
 }
 

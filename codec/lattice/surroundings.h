@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "lattice/brick_halo.h"
+#include "lattice/cell_index.h"
 
 namespace isoreel {
 
@@ -29,7 +30,8 @@ struct Surroundings {
     /// Even cells: how many of the cells that differ by 1 in two coordinates come earlier. Odd cells: in bits
     /// 0 to 2 those that differ in one, from bit 4 those that differ in three.
     std::vector<std::uint8_t> counts;
-    std::vector<std::uint32_t> links;  // these cells, one cell's after the other's
+    /// These cells, one cell's after the other's; at least 16 more may be read.
+    std::vector<std::uint32_t> links;
   };
   static std::uint32_t linkCount(std::uint8_t count) { return (count & 15u) + (count >> 4); }
   /// Even, then odd: no two odd cells are linked.
@@ -39,8 +41,14 @@ struct Surroundings {
   /// memory from call to call.
   void build(std::span<const Cell> cells, const CellIndex& index);
 
+  /// What a brick's own cells say of its nodes from 0 to 4: by z, those that are known, then those inside;
+  /// bit x + 8y.
+  struct OwnNodes {
+    alignas(16) std::array<std::array<std::uint64_t, 2>, 5> planes{};
+  };
+
  private:
-  BrickHalo::Around bricks_;
+  std::vector<OwnNodes> own_nodes_;  // by number of brick, while building
 };
 
 }  // namespace isoreel

@@ -46,6 +46,20 @@ void expectGets(ByteSpan bytes, const std::vector<Symbol>& symbols) {
   EXPECT_TRUE(coder.finished());
 }
 
+TEST(BitModel, LearnsTheSameWithoutBranches) {
+  for (std::uint32_t one = BitModel::kFloor; one <= 65536 - BitModel::kFloor; one += 61) {
+    for (std::uint16_t seen = 0; seen <= BitModel::kLimit; seen = static_cast<std::uint16_t>(seen + 7)) {
+      for (const bool bit : {false, true}) {
+        BitModel a{static_cast<std::uint16_t>(one), seen}, b = a;
+        a.update(bit);
+        b.updateEither(bit);
+        ASSERT_EQ(a.one, b.one);
+        ASSERT_EQ(a.seen, b.seen);
+      }
+    }
+  }
+}
+
 TEST(BitModel, StaysWithinItsFloorAndReachesIt) {
   BitModel ones, zeros;
   for (int i = 0; i < 100000; ++i) {

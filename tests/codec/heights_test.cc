@@ -52,6 +52,9 @@ TEST(SignLanes, AreAsTheDefinitionSays) {
     InputWeights weights;
     for (std::size_t k = 0; k < inputs.v.size(); ++k) weights.v[k] = between(-255, 255);
     ASSERT_EQ(weighed(inputs, weights), definition::weighed(inputs, weights)) << trial;
+    const std::int16_t height = between(-32767, 32767);
+    ASSERT_EQ(atHeight(points[0], normals[0], height), definition::atHeight(points[0], normals[0], height))
+        << trial;
   }
 }
 

@@ -38,6 +38,32 @@ struct SampleTruth {
   }
 };
 
+TEST(CellContexts, AreThoseOfTheWindows) {
+  made::Random random(11);
+  SignModels models;
+  for (int trial = 0; trial < 300; ++trial) {
+    SignBlock block;
+    const auto any = [&] { return static_cast<int>(random() % 4); };
+    for (int i = 0; i < 24; ++i) block.seed(any(), any(), any(), random() & 0xFF, random() & 0xFF);
+    block.agree();
+    const int x = any();
+    SignWindow* const windows = block.windows(any(), any());
+    CellContexts contexts;
+    contexts.start(windows, x, kAllNewNodes);
+    std::uint32_t known = 0, inside = 0;
+    for (std::uint32_t i = 0; i < kNewNodes.size(); ++i) {
+      SignBlock::set(windows, x, {newNodesAround(known), newNodesAround(inside)});
+      const SignWindow around = SignBlock::around(windows + kNewNodes[i].window, kNewNodes[i].shift + 2 * x);
+      ASSERT_EQ(&models.of(contexts[i]), &models.at(around.known, around.inside)) << trial << " " << i;
+      if (random() % 4 == 0) continue;  // outside the grid, or known before
+      const bool sign = random() % 2 != 0;
+      contexts.add(i, sign);
+      known |= 1u << i;
+      inside |= std::uint32_t{sign} << i;
+    }
+  }
+}
+
 TEST(SignTree, DecodesTheCellsOfEveryLevel) {
   for (const made::Made& m : made::all()) {
     SCOPED_TRACE(m.name);

@@ -103,6 +103,24 @@ TEST(CellIndex, AgreesWithAMapUpToTheHighestCells) {
       next += brick.count;
     }
     EXPECT_EQ(next, cells.size());
+    for (std::uint32_t i = 0; i < next; ++i) {
+      const CellIndex::Around places = index.placesAround(cells[i].x, cells[i].y, cells[i].z);
+      for (int n = 0; n < 27; ++n) {
+        const auto found =
+            expected.find({cells[i].x + n % 3 - 1, cells[i].y + n / 3 % 3 - 1, cells[i].z + n / 9 - 1});
+        ASSERT_EQ(places[static_cast<std::size_t>(n)],
+                  found == expected.end() ? CellIndex::kNone : found->second);
+      }
+    }
+    for (std::size_t i = 0; i < index.bricks().size(); ++i) {
+      const CellIndex::Brick& brick = index.bricks()[i];
+      for (int n = 0; n < 27; ++n) {
+        const std::uint32_t other =
+            index.brickAt(brick.x + n % 3 - 1, brick.y + n / 3 % 3 - 1, brick.z + n / 9 - 1);
+        ASSERT_EQ(index.around(i)[static_cast<std::size_t>(n)],
+                  other == CellIndex::kNone ? index.bricks().size() : other);
+      }
+    }
   }
 }
 
@@ -115,7 +133,7 @@ TEST(CellBlock, AgreesWithASet) {
       if (random() % 2 == 0) continue;
       const std::uint64_t rows = std::uint64_t{random()} << 32 | random();
       const Place offset{brick % 3 - 1, brick / 3 % 3 - 1, brick / 9 - 1};
-      block.add(rows, offset[0], offset[1], offset[2]);
+      block.add(rows, static_cast<std::uint32_t>(brick));
       for (int bit = 0; bit < 64; ++bit) {
         if (rows >> bit & 1)
           expected.insert(
@@ -182,7 +200,9 @@ class SignBlocks : public testing::Test {
     for (int number = 0; number < 8; ++number) {
       const Place other = brickOf(number);
       if (other != brick)
-        block(brick).pull(block(other), other[0] - brick[0], other[1] - brick[1], other[2] - brick[2]);
+        block(brick).pull(block(other),
+                          static_cast<std::uint32_t>(13 + other[0] - brick[0] + 3 * (other[1] - brick[1]) +
+                                                     9 * (other[2] - brick[2])));
     }
   }
   void check(const Place& brick) {
@@ -230,13 +250,15 @@ TEST_F(SignBlocks, AgreeWithAMap) {
       for (int i = 0; i < 6; ++i) {  // all new nodes of a cell
         const int x = static_cast<int>(random() % 4), y = static_cast<int>(random() % 4),
                   z = static_cast<int>(random() % 4);
-        SignWindow* const windows = block(brick).windows(y, z);
-        for (const NewNode& node : kNewNodes) {
+        std::uint32_t inside = 0;
+        for (std::size_t n = 0; n < kNewNodes.size(); ++n) {
+          const NewNode& node = kNewNodes[n];
           const Place at{8 * brick[0] + 2 * x + node.x, 8 * brick[1] + 2 * y + node.y,
                          8 * brick[2] + 2 * z + node.z};
-          SignBlock::setMiddle(windows + node.window, node.shift + 2 * x, sign(at));
+          inside |= std::uint32_t{sign(at)} << n;
           expected_[at] = sign(at);
         }
+        SignBlock::set(block(brick).windows(y, z), x, {newNodesAround(kAllNewNodes), newNodesAround(inside)});
         block(brick).share(y, z);
       }
     }

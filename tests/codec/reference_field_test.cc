@@ -38,7 +38,7 @@ TEST(CornerValues, AreInterpolatedAsTheDefinitionSays) {
     const CornerValues corners(values);
     const CornerValues::Between expected = definition::slopesAt(values, place);
     const CornerValues::Between found = corners.slopesAt(place);
-    ASSERT_EQ(corners.at(place), expected.value) << trial;
+    ASSERT_EQ(corners.at(CornerValues::Weights(place)), expected.value) << trial;
     ASSERT_EQ(found.value, expected.value) << trial;
     ASSERT_EQ(found.slope, expected.slope) << trial;
     ASSERT_EQ(corners.bend(), definition::bendOf(values)) << trial;
@@ -263,7 +263,8 @@ TEST(Reference, HasPlanesThatTouchItsSurfaceAndTheDistanceFromIt) {
     }
     known += std::abs(distance) < 0.4;
     // Planes leave the tube at its sides.
-    ASSERT_NEAR(around.at(place) / 4096.0, distance, std::abs(distance) < 0.4 ? 0.07 : 0.2);
+    ASSERT_NEAR(around.at(CornerValues::Weights(place)) / 4096.0, distance,
+                std::abs(distance) < 0.4 ? 0.07 : 0.2);
   }
   EXPECT_EQ(known, near);
   EXPECT_GT(near, 1500);

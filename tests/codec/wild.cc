@@ -103,7 +103,8 @@ Bytes wildHeights(const Made& made, std::uint32_t step, std::int32_t largest, st
   Surface surface;
   surface.grid = made.volume.grid;
   for (std::size_t i = 0; i < extracted.cells.size(); ++i)
-    surface.vertices.push_back(atHeight(frame.predicted, i, frame.heights[i]));
+    surface.vertices.push_back(
+        atHeight(frame.predicted.points[i], frame.predicted.normals[i], frame.heights[i]));
   toGridPositions(extracted.cells, surface.vertices);
   surface.quads = dualQuads(extracted.cells, extracted.index);
   parts.header.surface_hash = surfaceHash(surface);
@@ -218,7 +219,8 @@ void WildSequence::heights(const Made& made, std::span<const Cell> cells, const 
                 [&](std::uint32_t, std::int32_t, const HeightContext&) { return within(wild.largest); });
   });
   for (std::size_t i = 0; i < cells.size(); ++i)
-    coded.decoded.push_back(atHeight(frame.predicted, i, frame.heights[i]));
+    coded.decoded.push_back(
+        atHeight(frame.predicted.points[i], frame.predicted.normals[i], frame.heights[i]));
 }
 
 Bytes WildSequence::packet(const Made& made, std::span<const Cell> cells, const CellIndex& index,
