@@ -4,6 +4,7 @@
 
 #include <isoreel/codec/cell.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>

@@ -39,7 +39,7 @@ class SignedDistance {
     if (!toLattice(place, lattice)) return most;
     const CornerValues corners = field_.around(lattice);
     if (!corners.allKnown()) return most;
-    const float distance = toCells(corners.at(lattice));
+    const float distance = toCells(corners.at(CornerValues::Weights(lattice)));
     return std::min(distance * distance, most);
   }
 
