@@ -99,6 +99,27 @@ Surface surfaceFromSigns(std::vector<Cell> cells, const Grid& grid, std::uint32_
   return surface;
 }
 
+/// What the surface that surfaceFromSigns() makes of a level's cells takes, with a copy of these.
+std::uint64_t coarseBytes(std::size_t cells) {
+  constexpr std::size_t kCellBytes = 2 * sizeof(Cell) + sizeof(GridPosition) + 3 * sizeof(Quad);
+  return cells * kCellBytes + CellIndex::bytesFor(cells);
+}
+
+/// What the full surface takes until it is decoded, with all that is made on the way.
+std::uint64_t fullBytes(const std::vector<Cell>& cells, std::size_t quads, const Configuration& configuration,
+                        PacketType type) {
+  const std::size_t bricks = CellIndex::brickCount(cells);
+  std::uint64_t sum = cells.size() * (sizeof(Cell) + sizeof(GridPosition)) + quads * sizeof(Quad) +
+                      CellIndex::bytesFor(bricks);
+  if (configuration.profile == Profile::kMain) {
+    sum += HeightFrame::bytesFor(cells.size(), bricks);
+  } else if (type == PacketType::kPredicted) {
+    sum += CodedNeighbours::bytesFor(cells.size());
+  }
+  if ((configuration.tools & kToolPrediction) != 0) sum += cells.size() * sizeof(ReferencePlane);
+  return sum;
+}
+
 Status counts(const char* what, std::size_t found, std::uint32_t stated) {
   return {ErrorCode::kBadData, "packet: " + std::to_string(found) + " " + what + ", where its header says " +
                                    std::to_string(stated) + " (spec codec 3.1)"};
@@ -137,6 +158,35 @@ struct Decoder::State {
   std::optional<Configuration> configuration;
   std::uint64_t last = 0;
   Reference reference;
+
+  /// OK when `needed` bytes more than what a P packet goes on from can be had within `most`. Frees what is
+  /// kept only for its room when that is in the way.
+  Status makeRoom(std::uint64_t needed, std::uint64_t most) {
+    const std::uint64_t all = needed + reference.bytes() + models.blocks.bytes();
+    if (all > most) {
+      return {ErrorCode::kLimit, "packet: takes " + std::to_string(all) +
+                                     " bytes of memory to decode, above the limit of " +
+                                     std::to_string(most)};
+    }
+    if (keptBytes() > most - all) dropKept();
+    return {};
+  }
+  /// The same for the distance field of the reference, which is built.
+  Status makeField(std::uint64_t most) {
+    if (keptBytes() <= most && reference.buildField(most - keptBytes())) return {};
+    dropKept();
+    if (reference.buildField(most)) return {};
+    return {ErrorCode::kLimit,
+            "packet: the distance field of the surface before it takes more memory than "
+            "the limit of " +
+                std::to_string(most) + " bytes"};
+  }
+  std::uint64_t keptBytes() const { return heights.bytes() + index.bytes() + bytesOf(cells); }
+  void dropKept() {
+    heights = {};
+    index = {};
+    cells = {};
+  }
 
   /// The configuration that the packet is decoded with. OK for a P packet only right after its reference.
   Status begin(const PacketHeader& header) {
@@ -212,13 +262,20 @@ Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
     motion_bytes = payload.section(SectionKind::kMotion, 0);
     if (motion_bytes) {
       ISOREEL_TRY(part.open(*motion_bytes, depth, configuration.profile));
-      state.reference.buildField();
+      ISOREEL_TRY(state.makeField(options.max_bytes));
     }
   }
   // Finer levels need the motion; they stand behind it.
   const std::uint32_t most = motion_bytes ? depth : payload.lastLevelBeforeMotion();
   MovedSigns moved(field, part.motion(), state.models.moved_signs);
   std::optional<Surface> coarse;
+  // Whether there is room for so much more.
+  const auto room = [&](std::uint64_t bytes) {
+    if (coarse) bytes += bytesOf(coarse->vertices) + bytesOf(coarse->quads);
+    return state.makeRoom(
+        tree.cells().size() * sizeof(Cell) + PredictedPart::bytesFor(part.motion().blocks().size()) + bytes,
+        options.max_bytes);
+  };
   for (std::uint32_t level = 0; level <= (goes_on ? depth : wanted); ++level) {
     if (level == 0 || !tree.cells().empty()) {
       const auto sign_bytes = payload.section(SectionKind::kSigns, level),
@@ -226,8 +283,10 @@ Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
       if (!sign_bytes || !leaf_bytes || level > most) {
         if (level == 0)
           return {ErrorCode::kTruncated, "packet: cut before its first level is whole (spec codec 3.2)"};
+        ISOREEL_TRY(room(coarseBytes(tree.cells().size())));
         return surfaceFromSigns(tree.takeCells(), grid, depth - level + 1);
       }
+      if (level > 0) ISOREEL_TRY(room(tree.bytesOfNextLevel()));
       RangeGet signs(*sign_bytes), leaves(*leaf_bytes);
       if (level == 0) {
         ISOREEL_TRY(tree.codeRoot(signs, leaves));
@@ -239,17 +298,28 @@ Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
       }
       if (!signs.finished()) return leftOver("corner signs", level);
       if (!leaves.finished()) return leftOver("leaf bits", level);
-      if (level == wanted && level < depth) coarse = surfaceFromSigns(tree.cells(), grid, depth - level);
+      if (level == wanted && level < depth) {
+        ISOREEL_TRY(room(coarseBytes(tree.cells().size())));
+        coarse = surfaceFromSigns(tree.cells(), grid, depth - level);
+      }
     }
-    if (predicted && motion_bytes && level == part.blockLevel())
+    if (predicted && motion_bytes && level == part.blockLevel()) {
+      ISOREEL_TRY(room(PredictedPart::bytesFor(tree.cells().size())));
       ISOREEL_TRY(part.decodeMotion(tree.cells(), state.models, configuration.profile));
+    }
   }
   if (coarse && !goes_on) return *std::move(coarse);
   const auto vertex_bytes = payload.section(SectionKind::kVertices, 0);
-  if (!motion_bytes || !vertex_bytes) return surfaceFromSigns(tree.takeCells(), grid, 0);
-
+  if (!motion_bytes || !vertex_bytes) {
+    ISOREEL_TRY(room(coarseBytes(tree.cells().size())));
+    return surfaceFromSigns(tree.takeCells(), grid, 0);
+  }
+  if (tree.cells().size() != header.vertices)
+    return counts("active cells", tree.cells().size(), header.vertices);
+  const std::size_t quads = quadCount(tree.cells());
+  if (quads != header.faces) return counts("quads", quads, header.faces);
+  ISOREEL_TRY(room(fullBytes(tree.cells(), quads, configuration, header.type)));
   std::vector<Cell> cells = tree.takeCells();  // of the deepest level: all active
-  if (cells.size() != header.vertices) return counts("active cells", cells.size(), header.vertices);
   state.index.build(cells);
   const ResidualSteps steps{static_cast<std::int32_t>(header.step),
                             static_cast<std::int32_t>(header.tangential_step)};
@@ -270,7 +340,6 @@ Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
   if (predicted && options.motion != nullptr) *options.motion = part.blocks(cells, field);
   toGridPositions(cells, surface.vertices);
   surface.quads = dualQuads(cells, state.index);
-  if (surface.quads.size() != header.faces) return counts("quads", surface.quads.size(), header.faces);
   if (surfaceHash(surface) != header.surface_hash) {
     return {ErrorCode::kBadData, "packet: the decoded surface does not match its hash (spec codec 7)"};
   }

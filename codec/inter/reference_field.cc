@@ -45,57 +45,97 @@ constexpr auto kReaches = [] {
 
 }  // namespace
 
-void ReferenceField::build(std::span<const ReferencePlane> planes) {
+void ReferenceField::clear() {
   map_.clear();
   places_.clear();
   sources_.clear();
+  bricks_.clear();
+}
+
+ReferenceField::Nearest::Nearest(const GridPosition& position) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::int32_t node = (position[k] + kCell / 2) >> kPositionBits;
+    brick[k] = node >> kSideLog2;
+    inside[k] = node & (kSide - 1);
+  }
+}
+
+bool ReferenceField::build(std::span<const ReferencePlane> planes, std::uint64_t most) {
+  clear();
+  if (!findPlaces(planes, most)) {
+    *this = {};
+    return false;
+  }
   std::array<std::int32_t, 3> brick{-1, -1, -1};
   std::uint32_t number = 0;
-  for (const ReferencePlane& plane : planes) add(plane, brick, number);
-  for (std::uint32_t i = 0; i < sources_.size(); ++i) {
+  for (const ReferencePlane& plane : planes) {
+    const Nearest at(plane.position);
+    if (at.brick != brick) {
+      brick = at.brick;
+      number = map_.find(brick[0], brick[1], brick[2]);
+    }
+    add(plane, at, sources_[number]);
+  }
+  for (std::uint32_t i = 0; i < bricks_.size(); ++i) gather(i);
+  return true;
+}
+
+// First where things go, which takes little, then room for just these.
+bool ReferenceField::findPlaces(std::span<const ReferencePlane> planes, std::uint64_t most) {
+  std::array<std::int32_t, 3> brick{-1, -1, -1};
+  std::uint32_t number = 0;
+  std::uint64_t sources = 0;
+  const auto fits = [&] {
+    return sources * sizeof(Source) + places_.size() * sizeof(Brick) + bytesOf(places_) + map_.bytes() <=
+           most;
+  };
+  for (const ReferencePlane& plane : planes) {
+    const Nearest at(plane.position);
+    if (at.brick != brick) {
+      brick = at.brick;
+      number = map_.findOrAdd(brick[0], brick[1], brick[2]);
+      if (number == places_.size()) {
+        places_.push_back({brick[0], brick[1], brick[2], 0});
+        ++sources;
+        if (!fits()) return false;
+      }
+    }
+    std::size_t low = 0, high = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      low |= std::size_t{at.inside[k] <= 1} << k;
+      high |= std::size_t{at.inside[k] == kSide - 1} << k;
+    }
+    places_[number].reaches |= kReaches[low][high];
+  }
+  for (std::size_t i = 0; i < sources; ++i) {
     const Place from = places_[i];
-    for (std::uint32_t left = sources_[i].reaches; left != 0; left &= left - 1) {
+    for (std::uint32_t left = from.reaches; left != 0; left &= left - 1) {
       const auto d = static_cast<std::int32_t>(std::countr_zero(left));
-      const Place to{from.x + d % 3 - 1, from.y + d / 3 % 3 - 1, from.z + d / 9 - 1};
+      const Place to{from.x + d % 3 - 1, from.y + d / 3 % 3 - 1, from.z + d / 9 - 1, 0};
       if (to.x < 0 || to.y < 0 || to.z < 0) continue;  // nothing is asked there
       if (map_.findOrAdd(to.x, to.y, to.z) == places_.size()) places_.push_back(to);
     }
+    if (!fits()) return false;
   }
-  bricks_.resize(places_.size());
-  for (std::uint32_t i = 0; i < bricks_.size(); ++i) gather(i);
+  clearFor(sources_, sources);
+  sources_.resize(sources);
+  for (Source& source : sources_) source.nodes.fill(kNothing);
+  setSize(bricks_, places_.size());
+  return true;
 }
 
 // Nodes go in rows of four: those at -1, 0 and 1 from the vertex's own, and one that never wins. A node's
 // number is that of the own node, and for each step along an axis what that adds: half the derivative of the
 // square twice, the normal, and the square of the step.
-void ReferenceField::add(const ReferencePlane& plane, std::array<std::int32_t, 3>& brick,
-                         std::uint32_t& number) {
-  std::array<std::int32_t, 3> own{}, inside{};  // the nearest node, in the grid and in its brick
+void ReferenceField::add(const ReferencePlane& plane, const Nearest& nearest, Source& source) {
   std::array<std::int32_t, 3> step{};
   constexpr std::int32_t kUnit = kCell >> 8, kStepSquare = kUnit * kUnit * 65536;
   std::int32_t middle = 32768;
-  std::size_t low = 0, high = 0;
   for (std::size_t k = 0; k < 3; ++k) {
-    own[k] = (plane.position[k] + kCell / 2) >> kPositionBits;
-    inside[k] = own[k] & (kSide - 1);
-    low |= std::size_t{inside[k] <= 1} << k;
-    high |= std::size_t{inside[k] == kSide - 1} << k;
-    const std::int32_t d = own[k] * kCell - plane.position[k];
+    const std::int32_t d = nearest.brick[k] * (kSide * kCell) + nearest.inside[k] * kCell - plane.position[k];
     middle += (d >> 8) * (d >> 8) * 65536 + ((plane.normal[k] * d) >> kPositionBits);
     step[k] = 2 * kUnit * 65536 * (d >> 8) + plane.normal[k];
-    own[k] >>= kSideLog2;
   }
-  if (own != brick) {
-    brick = own;
-    number = map_.findOrAdd(own[0], own[1], own[2]);
-    if (number == sources_.size()) {
-      places_.push_back({own[0], own[1], own[2]});
-      sources_.emplace_back().nodes.fill(kNothing);
-      sources_.back().reaches = 0;
-    }
-  }
-  Source& source = sources_[number];
-  source.reaches |= kReaches[low][high];
   const Row on_y{step[1], step[1], step[1], 0}, on_z{step[2], step[2], step[2], 0};
   const Row square{kStepSquare, kStepSquare, kStepSquare, 0};
   const Row plane_of_nodes{middle - step[0] + kStepSquare, middle, middle + step[0] + kStepSquare, kNothing};
@@ -104,11 +144,11 @@ void ReferenceField::add(const ReferencePlane& plane, std::array<std::int32_t, 3
     keepLeast(at + Source::kRow, row);
     keepLeast(at + 2 * Source::kRow, row + on_y + square);
   };
-  std::int32_t* const at =
-      source.nodes.data() + inside[2] * Source::kPlane + inside[1] * Source::kRow + inside[0];
-  put_plane(at, plane_of_nodes - on_z + square);
-  put_plane(at + Source::kPlane, plane_of_nodes);
-  put_plane(at + 2 * Source::kPlane, plane_of_nodes + on_z + square);
+  std::int32_t* const nodes = source.nodes.data() + nearest.inside[2] * Source::kPlane +
+                              nearest.inside[1] * Source::kRow + nearest.inside[0];
+  put_plane(nodes, plane_of_nodes - on_z + square);
+  put_plane(nodes + Source::kPlane, plane_of_nodes);
+  put_plane(nodes + 2 * Source::kPlane, plane_of_nodes + on_z + square);
 }
 
 // The nodes of a brick, from all sources that reach it.
@@ -135,7 +175,7 @@ void ReferenceField::gather(std::uint32_t number) {
     const std::uint32_t other =
         map_.find(to.x + static_cast<std::int32_t>(o[0]) - 1, to.y + static_cast<std::int32_t>(o[1]) - 1,
                   to.z + static_cast<std::int32_t>(o[2]) - 1);
-    if (other >= sources_.size() || (sources_[other].reaches >> (26 - d) & 1) == 0) continue;
+    if (other >= sources_.size() || (places_[other].reaches >> (26 - d) & 1) == 0) continue;
     const std::int32_t* const source = sources_[other].nodes.data();
     for (std::int32_t z = 0; z < kCount[o[2]]; ++z) {
       for (std::int32_t y = 0; y < kCount[o[1]]; ++y) {

@@ -11,6 +11,7 @@
 
 #include "inter/corner_values.h"
 #include "lattice/brick_map.h"
+#include "lattice/set_size.h"
 
 namespace isoreel {
 
@@ -25,12 +26,16 @@ struct ReferencePlane {
 /// follows the surface.
 class ReferenceField {
  public:
-  /// Positions not below 0, in any order; the fewer bricks between neighbours in it, the faster.
-  void build(std::span<const ReferencePlane> planes);
+  /// Positions not below 0, in any order; the fewer bricks between neighbours in it, the faster. False, and
+  /// an empty field, when it would take more than `most` bytes: small pieces of a surface, each in bricks of
+  /// its own, take up to 10 kilobytes a vertex.
+  bool build(std::span<const ReferencePlane> planes,
+             std::uint64_t most = std::numeric_limits<std::uint64_t>::max());
+  /// Keeps its memory.
+  void clear();
   /// Memory beyond the object itself.
   std::uint64_t bytes() const {
-    return map_.bytes() + bricks_.capacity() * sizeof(Brick) + sources_.capacity() * sizeof(Source) +
-           places_.capacity() * sizeof(Place);
+    return map_.bytes() + bytesOf(bricks_) + bytesOf(sources_) + bytesOf(places_);
   }
 
  private:
@@ -48,14 +53,20 @@ class ReferenceField {
     // Rows have room for reading and writing four nodes at a time.
     static constexpr std::int32_t kRow = kSide + 5, kPlane = (kSide + 2) * kRow;
     std::array<std::int32_t, std::size_t{kSide + 2} * kPlane> nodes;
-    std::uint32_t
-        reaches;  // bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1): the brick at that offset has some of them
   };
   struct Place {
     std::int32_t x, y, z;  // coordinates / 8
+    // Of a source, bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1): the brick at that offset has some of its nodes.
+    std::uint32_t reaches;
+  };
+  /// The node nearest to a vertex.
+  struct Nearest {
+    explicit Nearest(const GridPosition& position);
+    std::array<std::int32_t, 3> brick{}, inside{};  // and its place there
   };
 
-  void add(const ReferencePlane& plane, std::array<std::int32_t, 3>& brick, std::uint32_t& number);
+  bool findPlaces(std::span<const ReferencePlane> planes, std::uint64_t most);
+  void add(const ReferencePlane& plane, const Nearest& nearest, Source& source);
   void gather(std::uint32_t number);
 
   BrickMap map_;

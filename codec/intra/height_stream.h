@@ -29,8 +29,16 @@ struct HeightFrame {
     around.build(cells, index);
     predicted.build(cells, around, grid.nodes);
     moved.clear();
-    heights.resize(cells.size());
-    magnitudes.resize(cells.size());
+    setSize(heights, cells.size());
+    setSize(magnitudes, cells.size());
+  }
+  /// Memory beyond the object itself, and the most that it takes for a frame.
+  std::uint64_t bytes() const {
+    return around.bytes() + predicted.bytes() + bytesOf(moved) + bytesOf(heights) + bytesOf(magnitudes);
+  }
+  static std::uint64_t bytesFor(std::size_t cells, std::size_t bricks) {
+    return Surroundings::bytesFor(cells, bricks) + SignPrediction::bytesFor(cells) +
+           cells * (sizeof(MovedHeight) + sizeof(std::int16_t) + 1);
   }
 };
 

@@ -121,14 +121,18 @@ constexpr std::array<Lanes, 6> kFaceOffsets{{{{-kUnit, 0, 0, 0}},
 
 }  // namespace
 
+std::uint64_t SignPrediction::bytes() const {
+  return bytesOf(points) + bytesOf(normals) + bytesOf(inputs) + bytesOf(start_) + bytesOf(other_);
+}
+
 void SignPrediction::build(std::span<const Cell> cells, const Surroundings& around,
                            const std::array<std::uint32_t, 3>& nodes) {
   const std::size_t count = cells.size();
-  points.resize(count);
-  normals.resize(count);
-  inputs.resize(count);
-  start_.resize(count);
-  other_.resize(count);
+  setSize(points, count);
+  setSize(normals, count);
+  setSize(inputs, count);
+  setSize(start_, count);
+  setSize(other_, count);
   for (std::size_t i = 0; i < count; ++i) {
     points[i] = start_[i] = startOf(cells[i]);
     normals[i] = normalOf(around.signs[i], cells[i].corners);

@@ -37,6 +37,11 @@ struct SignPrediction {
   /// `nodes`: of the grid. Keeps its memory from call to call.
   void build(std::span<const Cell> cells, const Surroundings& around,
              const std::array<std::uint32_t, 3>& nodes);
+  /// Memory beyond the object itself, and what build() takes.
+  std::uint64_t bytes() const;
+  static std::uint64_t bytesFor(std::size_t cells) {
+    return cells * (4 * sizeof(Lanes) + sizeof(SignInputs));
+  }
 
  private:
   SignInputs inputsOf(std::size_t i, const Surroundings& around) const;

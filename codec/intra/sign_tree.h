@@ -60,7 +60,19 @@ class SignTree {
   /// The heterogeneous cells of the level coded last, in Morton order. Those of the deepest level are all
   /// active.
   const std::vector<Cell>& cells() const { return cells_; }
-  std::vector<Cell> takeCells() { return std::move(cells_); }
+  /// The same, when nothing more is coded: the memory of everything else is given back.
+  std::vector<Cell> takeCells() {
+    children_ = {};
+    blocks_ = {};
+    index_ = {};
+    return std::move(cells_);
+  }
+  /// Memory that codeLevel() takes at most beside cells() and what it took before.
+  std::uint64_t bytesOfNextLevel() const {
+    const std::size_t bricks = CellIndex::brickCount(cells_);
+    return CellIndex::bytesFor(bricks) + bricks * sizeof(SignBlock) +
+           std::min(max_cells_, 8 * cells_.size()) * sizeof(Cell);
+  }
 
   /// Codes level 0: the root's corners, and its leaf bit when they agree.
   Status codeRoot(Coder& signs, Coder& leaves) {
@@ -95,8 +107,7 @@ class SignTree {
   Status codeLevel(std::uint32_t level, Coder& signs, Coder& leaves, Moved& moved) {
     const LevelLattice parents(grid_, level - 1), lattice(grid_, level);
     index_.build(cells_);
-    children_.clear();
-    children_.reserve(std::min(max_cells_, 8 * cells_.size()));
+    clearFor(children_, std::min(max_cells_, 8 * cells_.size()));
     seed(lattice);
     const bool deepest = level == depth_;
     for (std::uint32_t number = 0; number < blocks_.size(); ++number) {
@@ -129,7 +140,8 @@ class SignTree {
 
   // Brings the signs of the parents' corners into their bricks' blocks.
   void seed(const LevelLattice& lattice) {
-    blocks_.assign(index_.bricks().size(), SignBlock{});
+    clearFor(blocks_, index_.bricks().size());
+    blocks_.resize(index_.bricks().size());
     for (std::size_t number = 0; number < blocks_.size(); ++number) {
       const CellIndex::Brick& brick = index_.bricks()[number];
       for (std::uint32_t i = brick.first; i < brick.first + brick.count; ++i) {
@@ -276,11 +288,11 @@ class SignTree {
       for (; kept != 0; kept &= kept - 1)
         made_[count++] = child(static_cast<std::uint32_t>(std::countr_zero(kept)));
     }
-    children_.insert(children_.end(), made_.begin(), made_.begin() + static_cast<std::ptrdiff_t>(count));
-    if (children_.size() > max_cells_) {
+    if (count > max_cells_ - children_.size()) {
       return {ErrorCode::kBadData, "more cells at level " + std::to_string(level) + " than the header's " +
                                        std::to_string(max_cells_) + " vertices (spec codec 4.1)"};
     }
+    children_.insert(children_.end(), made_.begin(), made_.begin() + static_cast<std::ptrdiff_t>(count));
     return {};
   }
 

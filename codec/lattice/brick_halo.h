@@ -24,6 +24,7 @@ class BrickHalo {
       const auto count = static_cast<std::uint32_t>(index.bricks().size());
       std::array<std::uint32_t, 27> none;
       none.fill(CellIndex::kNone);
+      clearFor(numbers_, count);
       numbers_.assign(count, none);
       for (std::uint32_t i = 0; i < count; ++i) {
         const CellIndex::Brick& brick = index.bricks()[i];
@@ -40,6 +41,10 @@ class BrickHalo {
       }
     }
     const std::array<std::uint32_t, 27>& operator[](std::size_t brick) const { return numbers_[brick]; }
+    std::uint64_t bytes() const { return bytesOf(numbers_); }
+    static std::uint64_t bytesFor(std::size_t bricks) {
+      return bricks * sizeof(std::array<std::uint32_t, 27>);
+    }
 
    private:
     std::vector<std::array<std::uint32_t, 27>> numbers_;

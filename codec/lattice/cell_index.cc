@@ -3,9 +3,19 @@
 
 namespace isoreel {
 
+std::size_t CellIndex::brickCount(std::span<const Cell> cells) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const Cell &cell = cells[i], &before = cells[i == 0 ? 0 : i - 1];
+    count += i == 0 || ((cell.x ^ before.x) | (cell.y ^ before.y) | (cell.z ^ before.z)) >> 2 != 0;
+  }
+  return count;
+}
+
 void CellIndex::build(std::span<const Cell> cells) {
-  map_.clear();
-  bricks_.clear();
+  const std::size_t count = brickCount(cells);
+  map_.clear(count);
+  clearFor(bricks_, count);
   for (std::uint32_t i = 0; i < cells.size();) {
     const std::int32_t x = cells[i].x >> 2, y = cells[i].y >> 2, z = cells[i].z >> 2;
     Brick brick{0, 0, i, 0, x, y, z};

@@ -11,6 +11,7 @@
 #include "lattice/bits.h"
 #include "lattice/brick_map.h"
 #include "lattice/morton.h"
+#include "lattice/set_size.h"
 
 namespace isoreel {
 
@@ -31,6 +32,11 @@ class CellIndex {
 
   /// `cells` in Morton order; not kept.
   void build(std::span<const Cell> cells);
+  /// How many bricks they are in, and the memory of an index of so many.
+  static std::size_t brickCount(std::span<const Cell> cells);
+  static std::uint64_t bytesFor(std::size_t bricks) {
+    return bricks * sizeof(Brick) + BrickMap::bytesFor(bricks);
+  }
   /// Place of the cell in the list, or kNone. Coordinates from -1 to 65536.
   std::uint32_t find(std::int32_t x, std::int32_t y, std::int32_t z) const {
     const std::uint32_t number = map_.find(x >> 2, y >> 2, z >> 2);

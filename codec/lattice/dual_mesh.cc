@@ -89,10 +89,15 @@ std::uint32_t whole(const Cell& cell) {
 
 }  // namespace
 
+std::size_t quadCount(std::span<const Cell> cells) {
+  std::size_t count = 0;
+  for (const Cell& cell : cells) count += countBits(changes(cell) & whole(cell));
+  return count;
+}
+
 std::vector<Quad> dualQuads(std::span<const Cell> cells, const CellIndex& index) {
   std::vector<Quad> quads;
-  // A closed surface has as many quads as vertices, less two for each piece and more for its handles.
-  quads.reserve(cells.size() + cells.size() / 64 + 64);
+  quads.reserve(quadCount(cells));
   Places places;
   std::array<Quad, std::size_t{3} * 64> made;
   struct Edge {

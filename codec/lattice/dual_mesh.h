@@ -14,6 +14,8 @@ namespace isoreel {
 /// `cells`, counter-clockwise seen from outside. `cells` are the active cells of one level in Morton order,
 /// and `index` is theirs.
 std::vector<Quad> dualQuads(std::span<const Cell> cells, const CellIndex& index);
+/// How many they are.
+std::size_t quadCount(std::span<const Cell> cells);
 
 /// Turns positions inside cells (from their corner 0) into positions in the grid, in place.
 inline void toGridPositions(std::span<const Cell> cells, std::span<GridPosition> positions) {

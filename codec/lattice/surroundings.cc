@@ -108,10 +108,17 @@ std::uint8_t link(const BrickHalo& halo, std::size_t slot, const std::array<std:
 
 }  // namespace
 
+std::uint64_t Surroundings::bytes() const {
+  std::uint64_t sum = bytesOf(across) + bytesOf(faces) + bytesOf(signs) + bricks_.bytes();
+  for (const Colour& colour : colours)
+    sum += bytesOf(colour.cells) + bytesOf(colour.counts) + bytesOf(colour.links);
+  return sum;
+}
+
 void Surroundings::build(std::span<const Cell> cells, const CellIndex& index) {
-  across.resize(cells.size());
-  faces.resize(cells.size());
-  signs.resize(cells.size());
+  setSize(across, cells.size());
+  setSize(faces, cells.size());
+  setSize(signs, cells.size());
   for (Colour& colour : colours) {
     colour.cells.clear();
     colour.counts.clear();

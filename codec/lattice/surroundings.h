@@ -38,6 +38,15 @@ struct Surroundings {
   /// `cells`: the active cells of a surface in Morton order; `index` is theirs. Keeps its memory from call to
   /// call.
   void build(std::span<const Cell> cells, const CellIndex& index);
+  /// Memory beyond the object itself.
+  std::uint64_t bytes() const;
+  /// The most that build() takes. Of two colours' lists that double as they grow, the old and the new one
+  /// are there at once, for 14 links a cell at most.
+  static std::uint64_t bytesFor(std::size_t cells, std::size_t bricks) {
+    constexpr std::size_t kPerCell = sizeof(std::array<std::uint32_t, 6>) + 1 + sizeof(std::uint64_t);
+    constexpr std::size_t kList = 3 * (sizeof(std::uint32_t) + 1 + 14 * sizeof(std::uint32_t));
+    return cells * (kPerCell + kList) + 32768 + BrickHalo::Around::bytesFor(bricks);
+  }
 
  private:
   BrickHalo::Around bricks_;

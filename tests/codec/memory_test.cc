@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// DecodeOptions::max_bytes: what a decode may take is reckoned before it is taken.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "inter/reference_field.h"
+#include "made.h"
+
+namespace isoreel {
+namespace {
+
+struct Shape {
+  const char* name;
+  Volume (*at)(int time);
+};
+
+/// Single nodes inside, each where bricks of the distance field meet.
+Volume crumbs(int /*time*/) {
+  return made::sampled(made::gridOf(66, 66, 66), [](double x, double y, double z) {
+    const auto on = [](double v) { return static_cast<int>(v) % 16 == 8; };
+    return on(x) && on(y) && on(z) ? -1.0 : 1.0;
+  });
+}
+Volume ball(int time) {
+  return made::sampled(made::gridOf(33, 33, 33), [=](double x, double y, double z) {
+    return std::hypot(x - 16 - 0.3 * time, y - 16, z - 16) - 11;
+  });
+}
+
+std::vector<Bytes> encoded(const Shape& shape, Profile profile) {
+  EncoderSettings settings;
+  settings.configuration.grid = shape.at(0).grid;
+  settings.configuration.inside = Inside::kBelow;
+  settings.configuration.profile = profile;
+  settings.frame_types = FrameTypes::kAuto;
+  auto encoder = Encoder::create(settings);
+  std::vector<Bytes> packets;
+  for (int i = 0; encoder.ok() && i < 3; ++i) {
+    auto packet = encoder->encode(shape.at(i), {static_cast<std::uint64_t>(i), i, 1, 0.0});
+    if (!packet.ok()) break;
+    packets.push_back(packet->data);
+  }
+  return packets;
+}
+
+/// Decodes one after the other; the number of the first that fails, or how many they are.
+std::size_t decodedWithin(std::uint64_t most, const std::vector<Bytes>& packets) {
+  Decoder decoder;
+  DecodeOptions options;
+  options.max_bytes = most;
+  for (std::size_t i = 0; i < packets.size(); ++i) {
+    const auto surface = decoder.decode(packets[i], options);
+    if (surface.ok()) continue;
+    EXPECT_EQ(surface.error().code, ErrorCode::kLimit) << surface.error().message;
+    EXPECT_NE(surface.error().message.find(std::to_string(most)), std::string::npos)
+        << surface.error().message;
+    return i;
+  }
+  return packets.size();
+}
+
+class Memory : public testing::TestWithParam<Profile> {};
+
+TEST_P(Memory, IsReckonedBeforeItIsTaken) {
+  for (const Shape& shape : {Shape{"crumbs", crumbs}, Shape{"ball", ball}}) {
+    SCOPED_TRACE(shape.name);
+    const std::vector<Bytes> packets = encoded(shape, GetParam());
+    ASSERT_EQ(packets.size(), 3u);
+    ASSERT_EQ(decodedWithin(DecodeOptions{}.max_bytes, packets), 3u);
+    std::uint64_t low = 0, high = std::uint64_t{1} << 30;  // fails, does not
+    while (high - low > 1024) {
+      const std::uint64_t middle = low + (high - low) / 2;
+      (decodedWithin(middle, packets) < 3 ? low : high) = middle;
+    }
+    // Of a surface that hangs together, so much a vertex; of one that does not, some kilobytes.
+    const std::uint64_t each = high / readPacketHeader(packets[1])->vertices;
+    const bool whole = shape.at == ball;
+    EXPECT_GT(each, whole ? 150u : 2500u);
+    EXPECT_LT(each, whole ? 700u : 10000u);
+  }
+}
+
+TEST_P(Memory, FieldsOfManySmallPiecesAreRefused) {
+  const std::vector<Bytes> small = encoded({"crumbs", crumbs}, GetParam());
+  ASSERT_EQ(readPacketHeader(small[1])->type, PacketType::kPredicted);
+  constexpr std::uint64_t kMost = 5 << 18;
+  EXPECT_EQ(decodedWithin(kMost, small), 1u);
+  EXPECT_EQ(decodedWithin(kMost, encoded({"ball", ball}, GetParam())), 3u);
+}
+
+TEST_P(Memory, ADecoderGoesOnAfterARefusal) {
+  const std::vector<Bytes> packets = encoded({"crumbs", crumbs}, GetParam());
+  Decoder decoder;
+  DecodeOptions little;
+  little.max_bytes = 5 << 18;
+  ASSERT_TRUE(decoder.decode(packets[0], little).ok());
+  EXPECT_EQ(decoder.decode(packets[1], little).error().code, ErrorCode::kLimit);
+  EXPECT_EQ(decoder.decode(packets[1]).error().code, ErrorCode::kNotFound);
+  for (const Bytes& packet : packets) EXPECT_TRUE(decoder.decode(packet).ok());
+}
+
+INSTANTIATE_TEST_SUITE_P(Profiles, Memory, testing::Values(Profile::kClassic, Profile::kMain));
+
+TEST(Memory, AFieldTakesWhatItSays) {
+  std::vector<ReferencePlane> planes;
+  for (int i = 1; i < 20; ++i) planes.push_back({{i * 16 * kCell, 8 * kCell, 8 * kCell}, {0, 0, 4096}});
+  ReferenceField field;
+  ASSERT_TRUE(field.build(planes));
+  const std::uint64_t bytes = field.bytes();
+  EXPECT_GT(bytes, 19u * 5000);
+  EXPECT_FALSE(field.build(planes, bytes * 9 / 10));
+  EXPECT_LT(field.bytes(), 20000u);
+  EXPECT_TRUE(field.build(planes, bytes));
+  EXPECT_LE(field.bytes(), bytes);
+}
+
+}  // namespace
+}  // namespace isoreel
