@@ -181,6 +181,7 @@ struct Decoder::State {
             "the limit of " +
                 std::to_string(most) + " bytes"};
   }
+  Result<Surface> decode(ByteSpan packet, const DecodeOptions& options);
   std::uint64_t keptBytes() const { return heights.bytes() + index.bytes() + bytesOf(cells); }
   void dropKept() {
     heights = {};
@@ -230,7 +231,16 @@ std::uint64_t Decoder::bytes() const { return bytes(0) + state_->reference.bytes
 
 Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
   if (options.motion != nullptr) options.motion->clear();
-  state_->cells.clear();
+  try {
+    return state_->decode(packet, options);
+  } catch (const std::bad_alloc&) {
+    state_->configuration.reset();
+    return {ErrorCode::kLimit, "packet: takes more memory to decode than there is"};
+  }
+}
+
+Result<Surface> Decoder::State::decode(ByteSpan packet, const DecodeOptions& options) {
+  cells.clear();
   ISOREEL_ASSIGN(const Payload payload, Payload::open(packet, options));
   const PacketHeader& header = payload.header();
   if (header.vertices > options.max_vertices) {
@@ -243,36 +253,35 @@ Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
                                      " vertices cannot come from " + std::to_string(payload.wholeSize()) +
                                      " bytes (spec codec 6.1)"};
   }
-  State& state = *state_;
-  ISOREEL_TRY(state.begin(header));
-  const Configuration configuration = *state.configuration;
-  state.configuration.reset();  // until this packet is decoded whole, nothing can go on from it
+  ISOREEL_TRY(begin(header));
+  const Configuration with = *configuration;
+  configuration.reset();  // until this packet is decoded whole, nothing can go on from it
 
-  const Grid& grid = configuration.grid;
-  SignTree<RangeGet, UnknownTruth> tree(grid, {}, header.vertices, state.models.signs);
+  const Grid& grid = with.grid;
+  SignTree<RangeGet, UnknownTruth> tree(grid, {}, header.vertices, models.signs);
   const std::uint32_t depth = tree.depth();
   const std::uint32_t wanted = std::min(options.level.value_or(depth), depth);
   // Where P packets may follow, the rest is decoded too: they go on from it.
-  const bool goes_on = (configuration.tools & kToolPrediction) != 0 && !options.allow_prefix;
+  const bool goes_on = (with.tools & kToolPrediction) != 0 && !options.allow_prefix;
   const bool predicted = header.type == PacketType::kPredicted;
-  const ReferenceField& field = state.reference.field();
+  const ReferenceField& field = reference.field();
   PredictedPart part;
   std::optional<ByteSpan> motion_bytes = ByteSpan{};
   if (predicted) {
     motion_bytes = payload.section(SectionKind::kMotion, 0);
     if (motion_bytes) {
-      ISOREEL_TRY(part.open(*motion_bytes, depth, configuration.profile));
-      ISOREEL_TRY(state.makeField(options.max_bytes));
+      ISOREEL_TRY(part.open(*motion_bytes, depth, with.profile));
+      ISOREEL_TRY(makeField(options.max_bytes));
     }
   }
   // Finer levels need the motion; they stand behind it.
   const std::uint32_t most = motion_bytes ? depth : payload.lastLevelBeforeMotion();
-  MovedSigns moved(field, part.motion(), state.models.moved_signs);
+  MovedSigns moved(field, part.motion(), models.moved_signs);
   std::optional<Surface> coarse;
   // Whether there is room for so much more.
   const auto room = [&](std::uint64_t bytes) {
     if (coarse) bytes += bytesOf(coarse->vertices) + bytesOf(coarse->quads);
-    return state.makeRoom(
+    return makeRoom(
         tree.cells().size() * sizeof(Cell) + PredictedPart::bytesFor(part.motion().blocks().size()) + bytes,
         options.max_bytes);
   };
@@ -305,7 +314,7 @@ Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
     }
     if (predicted && motion_bytes && level == part.blockLevel()) {
       ISOREEL_TRY(room(PredictedPart::bytesFor(tree.cells().size())));
-      ISOREEL_TRY(part.decodeMotion(tree.cells(), state.models, configuration.profile));
+      ISOREEL_TRY(part.decodeMotion(tree.cells(), models, with.profile));
     }
   }
   if (coarse && !goes_on) return *std::move(coarse);
@@ -318,37 +327,36 @@ Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
     return counts("active cells", tree.cells().size(), header.vertices);
   const std::size_t quads = quadCount(tree.cells());
   if (quads != header.faces) return counts("quads", quads, header.faces);
-  ISOREEL_TRY(room(fullBytes(tree.cells(), quads, configuration, header.type)));
-  std::vector<Cell> cells = tree.takeCells();  // of the deepest level: all active
-  state.index.build(cells);
+  ISOREEL_TRY(room(fullBytes(tree.cells(), quads, with, header.type)));
+  std::vector<Cell> active = tree.takeCells();  // of the deepest level: all are active
+  index.build(active);
   const ResidualSteps steps{static_cast<std::int32_t>(header.step),
                             static_cast<std::int32_t>(header.tangential_step)};
   Surface surface;
   surface.grid = grid;
-  surface.vertices.resize(cells.size());
-  if (configuration.profile == Profile::kMain) {
-    state.heights.build(cells, state.index, grid);
-    if (predicted) part.moveHeights(cells, field, state.heights);
-    ISOREEL_TRY(decodeHeights(*vertex_bytes, cells, steps.normal, configuration.tools, state.models.heights,
-                              state.heights, surface.vertices));
+  surface.vertices.resize(active.size());
+  if (with.profile == Profile::kMain) {
+    heights.build(active, index, grid);
+    if (predicted) part.moveHeights(active, field, heights);
+    ISOREEL_TRY(decodeHeights(*vertex_bytes, active, steps.normal, with.tools, models.heights, heights,
+                              surface.vertices));
   } else if (predicted) {
-    ISOREEL_TRY(
-        part.decodeVertices(*vertex_bytes, cells, state.index, field, steps, state.models, surface.vertices));
+    ISOREEL_TRY(part.decodeVertices(*vertex_bytes, active, index, field, steps, models, surface.vertices));
   } else {
-    ISOREEL_TRY(decodeIntraVertices(*vertex_bytes, cells, steps, state.models.vertices, surface.vertices));
+    ISOREEL_TRY(decodeIntraVertices(*vertex_bytes, active, steps, models.vertices, surface.vertices));
   }
-  if (predicted && options.motion != nullptr) *options.motion = part.blocks(cells, field);
-  toGridPositions(cells, surface.vertices);
-  surface.quads = dualQuads(cells, state.index);
+  if (predicted && options.motion != nullptr) *options.motion = part.blocks(active, field);
+  toGridPositions(active, surface.vertices);
+  surface.quads = dualQuads(active, index);
   if (surfaceHash(surface) != header.surface_hash) {
     return {ErrorCode::kBadData, "packet: the decoded surface does not match its hash (spec codec 7)"};
   }
-  if ((configuration.tools & kToolPrediction) != 0) {
-    state.reference.setPlanes(surface, cells);
-    state.last = header.number;
-    state.configuration = configuration;
+  if ((with.tools & kToolPrediction) != 0) {
+    reference.setPlanes(surface, active);
+    last = header.number;
+    configuration = with;
   }
-  state.cells = std::move(cells);
+  cells = std::move(active);
   return coarse ? *std::move(coarse) : std::move(surface);
 }
 

@@ -3,9 +3,24 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
+#include <new>
 
 #include "inter/reference_field.h"
 #include "made.h"
+
+namespace {
+/// Of the allocations from now on, the one that fails; 0: none.
+std::uint64_t failing = 0;
+}  // namespace
+
+[[gnu::noinline]] void* operator new(std::size_t size) {
+  if (failing > 0 && --failing == 0) throw std::bad_alloc();
+  if (void* memory = std::malloc(size > 0 ? size : 1)) return memory;
+  throw std::bad_alloc();
+}
+[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
+[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
 
 namespace isoreel {
 namespace {
@@ -98,6 +113,29 @@ TEST_P(Memory, ADecoderGoesOnAfterARefusal) {
   EXPECT_EQ(decoder.decode(packets[1], little).error().code, ErrorCode::kLimit);
   EXPECT_EQ(decoder.decode(packets[1]).error().code, ErrorCode::kNotFound);
   for (const Bytes& packet : packets) EXPECT_TRUE(decoder.decode(packet).ok());
+}
+
+TEST_P(Memory, EveryAllocationMayFail) {
+  const std::vector<Bytes> packets = encoded({"ball", ball}, GetParam());
+  Decoder decoder;
+  const auto before = decoder.decode(packets[0]);
+  ASSERT_TRUE(before.ok());
+  for (std::uint64_t nth = 1;; ++nth) {
+    Decoder other = decoder;
+    failing = nth;
+    const auto surface = other.decode(packets[1]);
+    const bool failed = failing == 0;
+    failing = 0;
+    if (!failed) {
+      EXPECT_TRUE(surface.ok());
+      EXPECT_GT(nth, 20u);
+      break;
+    }
+    EXPECT_EQ(surface.error().code, ErrorCode::kLimit);
+    EXPECT_TRUE(other.cells().empty());
+    EXPECT_FALSE(other.decode(packets[1]).ok());
+    EXPECT_TRUE(other.decode(packets[0]).ok());
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Profiles, Memory, testing::Values(Profile::kClassic, Profile::kMain));

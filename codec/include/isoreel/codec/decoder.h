@@ -46,7 +46,8 @@ class Decoder {
   /// Decodes one packet. A P packet must come right after the packet that it is predicted from, decoded by
   /// this decoder and not as a prefix. Errors: kNotFound (a P packet where that is not so), kBadData (a rule
   /// is broken, a CRC or the surface hash does not agree), kTruncated, kUnsupported (a newer version, profile
-  /// or tool), kLimit (more than `options` allow). The full surface is checked against the packet's hash.
+  /// or tool), kLimit (more than `options` allow, or
+  /// than there is). The full surface is checked against the packet's hash.
   Result<Surface> decode(ByteSpan packet, const DecodeOptions& options = {});
 
   /// Of the full surface decoded last: the cell that each vertex lies in, with its signs. Empty when there is
