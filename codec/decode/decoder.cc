@@ -106,17 +106,16 @@ std::uint64_t coarseBytes(std::size_t cells) {
 }
 
 /// What the full surface takes until it is decoded, with all that is made on the way.
-std::uint64_t fullBytes(const std::vector<Cell>& cells, std::size_t quads, const Configuration& configuration,
-                        PacketType type) {
-  const std::size_t bricks = CellIndex::brickCount(cells);
-  std::uint64_t sum = cells.size() * (sizeof(Cell) + sizeof(GridPosition)) + quads * sizeof(Quad) +
+std::uint64_t fullBytes(const PacketHeader& header, std::size_t bricks, const Configuration& configuration) {
+  const std::uint64_t cells = roomFor(header.vertices);
+  std::uint64_t sum = cells * (sizeof(Cell) + sizeof(GridPosition)) + header.faces * sizeof(Quad) +
                       CellIndex::bytesFor(bricks);
   if (configuration.profile == Profile::kMain) {
-    sum += HeightFrame::bytesFor(cells.size(), bricks);
-  } else if (type == PacketType::kPredicted) {
-    sum += CodedNeighbours::bytesFor(cells.size());
+    sum += HeightFrame::bytesFor(cells, bricks);
+  } else if (header.type == PacketType::kPredicted) {
+    sum += CodedNeighbours::bytesFor(cells);
   }
-  if ((configuration.tools & kToolPrediction) != 0) sum += cells.size() * sizeof(ReferencePlane);
+  if ((configuration.tools & kToolPrediction) != 0) sum += cells * sizeof(ReferencePlane);
   return sum;
 }
 
@@ -281,9 +280,8 @@ Result<Surface> Decoder::State::decode(ByteSpan packet, const DecodeOptions& opt
   // Whether there is room for so much more.
   const auto room = [&](std::uint64_t bytes) {
     if (coarse) bytes += bytesOf(coarse->vertices) + bytesOf(coarse->quads);
-    return makeRoom(
-        tree.cells().size() * sizeof(Cell) + PredictedPart::bytesFor(part.motion().blocks().size()) + bytes,
-        options.max_bytes);
+    return makeRoom(tree.bytes() + PredictedPart::bytesFor(part.motion().blocks().size()) + bytes,
+                    options.max_bytes);
   };
   for (std::uint32_t level = 0; level <= (goes_on ? depth : wanted); ++level) {
     if (level == 0 || !tree.cells().empty()) {
@@ -325,11 +323,11 @@ Result<Surface> Decoder::State::decode(ByteSpan packet, const DecodeOptions& opt
   }
   if (tree.cells().size() != header.vertices)
     return counts("active cells", tree.cells().size(), header.vertices);
-  const std::size_t quads = quadCount(tree.cells());
-  if (quads != header.faces) return counts("quads", quads, header.faces);
-  ISOREEL_TRY(room(fullBytes(tree.cells(), quads, with, header.type)));
+  if (header.faces > 3 * tree.cells().size()) return counts("quads", quadCount(tree.cells()), header.faces);
+  const std::size_t bricks = tree.bricks();
   std::vector<Cell> active = tree.takeCells();  // of the deepest level: all are active
-  index.build(active);
+  ISOREEL_TRY(room(fullBytes(header, bricks, with)));
+  index.build(active, bricks);
   const ResidualSteps steps{static_cast<std::int32_t>(header.step),
                             static_cast<std::int32_t>(header.tangential_step)};
   Surface surface;
@@ -347,7 +345,8 @@ Result<Surface> Decoder::State::decode(ByteSpan packet, const DecodeOptions& opt
   }
   if (predicted && options.motion != nullptr) *options.motion = part.blocks(active, field);
   toGridPositions(active, surface.vertices);
-  surface.quads = dualQuads(active, index);
+  surface.quads = dualQuads(active, index, std::size_t{header.faces} + 1);
+  if (surface.quads.size() != header.faces) return counts("quads", quadCount(active), header.faces);
   if (surfaceHash(surface) != header.surface_hash) {
     return {ErrorCode::kBadData, "packet: the decoded surface does not match its hash (spec codec 7)"};
   }

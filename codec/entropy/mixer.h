@@ -83,7 +83,10 @@ class Mix {
     const std::int32_t error = (bit ? 65536 : 0) - one_;
     for (std::size_t i = 0; i < N; ++i) {
       std::int32_t& w = weights_.w[i];
-      w = std::clamp(w + ((logits_[i] * error + 8192) >> 14), -MixWeights<N>::kLimit, MixWeights<N>::kLimit);
+      constexpr std::int32_t kMost = MixWeights<N>::kLimit;
+      w += (logits_[i] * error + 8192) >> 14;
+      if (static_cast<std::uint32_t>(w + kMost) > 2u * kMost) [[unlikely]]  // a step of less than kMost
+        w = w < 0 ? -kMost : kMost;
       models_[i]->update(bit);
     }
   }

@@ -26,6 +26,7 @@ SurfaceFit::SurfaceFit(const VolumeField& field, std::span<const Cell> cells, co
       heights_(cells.size()),
       start_(cells.size()),
       points_(cells.size()),
+      places_(cells.size()),
       normals_(cells.size()) {
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const std::array<std::uint16_t, 3> corner{cells[i].x, cells[i].y, cells[i].z};
@@ -95,7 +96,7 @@ void SurfaceFit::splitQuads(std::span<const Quad> quads) {
     for (std::size_t q = task * kPerTask; q < end; ++q) {
       std::array<float, 2> square{};
       for (std::size_t d = 0; d < 2; ++d) {
-        const Vec3f a = place(quads[q][d]), b = place(quads[q][d + 2]);
+        const Vec3f &a = places_[quads[q][d]], &b = places_[quads[q][d + 2]];
         for (std::size_t k = 0; k < 3; ++k)
           square[d] +=
               static_cast<float>(grid_.spacing[k] * grid_.spacing[k]) * (a[k] - b[k]) * (a[k] - b[k]);
@@ -116,6 +117,7 @@ void SurfaceFit::splitQuads(std::span<const Quad> quads) {
 }
 
 void SurfaceFit::linearise() {
+  for (std::uint32_t i = 0; i < places_.size(); ++i) places_[i] = place(i);
   splitQuads(quads_);
   parallel_((samples_.size() + kPerTask - 1) / kPerTask, [&](std::size_t task) {
     const std::size_t end = std::min(samples_.size(), (task + 1) * kPerTask);
@@ -123,7 +125,7 @@ void SurfaceFit::linearise() {
       Sample& sample = samples_[s];
       Vec3f at{};
       for (std::size_t v = 0; v < 4; ++v) {
-        const Vec3f vertex = place(sample.vertices[v]);
+        const Vec3f& vertex = places_[sample.vertices[v]];
         for (std::size_t k = 0; k < 3; ++k) at[k] += sample.parts[v] * vertex[k];
       }
       const VolumeField::Sample field = field_.at(at);

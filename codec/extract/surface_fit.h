@@ -70,7 +70,7 @@ class SurfaceFit {
   std::vector<std::uint32_t> first_use_;
   std::vector<Use> uses_;
   std::vector<float> heights_, start_;
-  std::vector<Vec3f> points_, normals_;
+  std::vector<Vec3f> points_, places_, normals_;  // places_: at their heights, in linearise()
 };
 
 }  // namespace isoreel

@@ -49,6 +49,8 @@ class CornerValues {
   /// At a place of the cell: its parts of a cell in 1/16384. All values known.
   std::int32_t at(const std::array<std::int32_t, 3>& place) const;
   Between slopesAt(const std::array<std::int32_t, 3>& place) const;
+  /// How far they are from a linear function: the squares of what they have of xy, xz, yz and xyz. All known.
+  std::int64_t bend() const;
 
  private:
 #ifdef __SSE2__
@@ -79,6 +81,19 @@ inline CornerValues::Between slopesAt(const std::array<std::int16_t, 8>& v,
   return {between(along_y[0], along_y[1], z),
           {between(between(rise_x[0], rise_x[1], y), between(rise_x[2], rise_x[3], y), z),
            between(along_x[1] - along_x[0], along_x[3] - along_x[2], z), along_y[1] - along_y[0]}};
+}
+
+inline std::int64_t bendOf(const std::array<std::int16_t, 8>& v) {
+  std::array<std::int32_t, 4> sum{}, difference{};  // along x
+  for (std::size_t i = 0; i < 4; ++i) {
+    sum[i] = v[2 * i] + v[2 * i + 1];
+    difference[i] = v[2 * i] - v[2 * i + 1];
+  }
+  const std::int64_t yz = sum[0] - sum[1] - sum[2] + sum[3];
+  const std::int64_t xz = difference[0] + difference[1] - difference[2] - difference[3];
+  const std::int64_t xy = difference[0] - difference[1] + difference[2] - difference[3];
+  const std::int64_t xyz = difference[0] - difference[1] - difference[2] + difference[3];
+  return xy * xy + xz * xz + yz * yz + xyz * xyz;
 }
 
 }  // namespace definition
@@ -144,6 +159,20 @@ inline CornerValues::Between CornerValues::slopesAt(const std::array<std::int32_
   return {result[0], {result[1], result[2], _mm_cvtsi128_si32(rise_z)}};
 }
 
+inline std::int64_t CornerValues::bend() const {
+  // Sums and falls along x, then both of these along y, for either z.
+  const __m128i on_x = _mm_packs_epi32(_mm_madd_epi16(v_, _mm_set1_epi16(1)),
+                                       _mm_madd_epi16(v_, _mm_set1_epi32(static_cast<int>(0xFFFF0001))));
+  const __m128i fall_y = _mm_madd_epi16(on_x, _mm_set1_epi32(static_cast<int>(0xFFFF0001)));
+  const __m128i sum_y = _mm_madd_epi16(on_x, _mm_set1_epi16(1));
+  alignas(16) std::array<std::int32_t, 4> fall, sum;
+  _mm_store_si128(reinterpret_cast<__m128i*>(fall.data()), fall_y);
+  _mm_store_si128(reinterpret_cast<__m128i*>(sum.data()), sum_y);
+  const std::int64_t yz = fall[0] - fall[1], xz = sum[2] - sum[3];
+  const std::int64_t xy = fall[2] + fall[3], xyz = fall[2] - fall[3];
+  return xy * xy + xz * xz + yz * yz + xyz * xyz;
+}
+
 #else
 
 inline CornerValues::CornerValues(const Array& values) : v_(values) {}
@@ -160,6 +189,7 @@ inline std::int32_t CornerValues::at(const std::array<std::int32_t, 3>& place) c
 inline CornerValues::Between CornerValues::slopesAt(const std::array<std::int32_t, 3>& place) const {
   return definition::slopesAt(v_, place);
 }
+inline std::int64_t CornerValues::bend() const { return definition::bendOf(v_); }
 
 #endif
 

@@ -6,8 +6,8 @@
 namespace isoreel {
 namespace {
 
-// How the distances at the corners of a cell of the reference depart from a plane, by bendOf(): 0.0005, 0.004
-// and 0.015 cells squared in the mean, times 64, in 1/2^24.
+// How the distances at the corners of a cell of the reference depart from a plane, by CornerValues::bend():
+// 0.0005, 0.004 and 0.015 cells squared in the mean, times 64, in 1/2^24.
 constexpr std::array<std::int64_t, 3> kBends{1 << 19, 1 << 22, 1 << 24};
 // The surface may meet the local frame's normal at no flatter an angle than this: cosine 0.4 in 1/16384.
 constexpr std::int32_t kFlattest = 6554;
@@ -37,21 +37,6 @@ constexpr auto kEdges = [] {
   return table;
 }();
 
-// How far the values at the corners of a cell are from a linear function: the squares of what they have of
-// xy, xz, yz and xyz.
-std::int64_t bendOf(const std::array<std::int16_t, 8>& v) {
-  std::array<std::int32_t, 4> sum{}, difference{};  // along x
-  for (std::size_t i = 0; i < 4; ++i) {
-    sum[i] = v[2 * i] + v[2 * i + 1];
-    difference[i] = v[2 * i] - v[2 * i + 1];
-  }
-  const std::int64_t yz = sum[0] - sum[1] - sum[2] + sum[3];
-  const std::int64_t xz = difference[0] + difference[1] - difference[2] - difference[3];
-  const std::int64_t xy = difference[0] - difference[1] + difference[2] - difference[3];
-  const std::int64_t xyz = difference[0] - difference[1] - difference[2] + difference[3];
-  return xy * xy + xz * xz + yz * yz + xyz * xyz;
-}
-
 // The values at a cell's corners of the plane that has `value` and `slope` at a place inside it.
 std::array<std::int32_t, 8> cornersOfPlane(std::int32_t value, const std::array<std::int32_t, 3>& slope,
                                            const std::array<std::int32_t, 3>& place) {
@@ -66,16 +51,24 @@ std::array<std::int32_t, 8> cornersOfPlane(std::int32_t value, const std::array<
 }
 
 std::uint32_t insideCorners(const std::array<std::int32_t, 8>& values) {
+#ifdef __SSE2__
+  const auto signs = [&](std::size_t first) {
+    return static_cast<std::uint32_t>(_mm_movemask_ps(
+        _mm_castsi128_ps(_mm_loadu_si128(reinterpret_cast<const __m128i*>(values.data() + first)))));
+  };
+  return signs(0) | signs(4) << 4;
+#else
   std::uint32_t inside = 0;
   for (std::size_t j = 0; j < 8; ++j) inside |= (static_cast<std::uint32_t>(values[j]) >> 31) << j;
   return inside;
+#endif
 }
 
 // `wrong`: the corners that the plane has on the wrong side, one bit each; `corners`: of the cell of the
 // reference.
 std::uint8_t confidence(std::uint32_t wrong, const CornerValues& corners) {
   std::size_t grade = 0;
-  const std::int64_t bend = bendOf(corners.values());
+  const std::int64_t bend = corners.bend();
   while (grade < kBends.size() && bend >= kBends[grade]) ++grade;
   return static_cast<std::uint8_t>(std::min(countBits(wrong), 3u) * 4 + grade);
 }

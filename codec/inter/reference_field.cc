@@ -48,8 +48,6 @@ constexpr auto kReaches = [] {
 void ReferenceField::clear() {
   map_.clear();
   places_.clear();
-  sources_.clear();
-  bricks_.clear();
 }
 
 ReferenceField::Nearest::Nearest(const GridPosition& position) {
@@ -70,7 +68,7 @@ bool ReferenceField::build(std::span<const ReferencePlane> planes, std::uint64_t
   std::uint32_t number = 0;
   for (const ReferencePlane& plane : planes) {
     const Nearest at(plane.position);
-    if (at.brick != brick) {
+    if (!at.isIn(brick)) {
       brick = at.brick;
       number = map_.find(brick[0], brick[1], brick[2]);
     }
@@ -83,29 +81,31 @@ bool ReferenceField::build(std::span<const ReferencePlane> planes, std::uint64_t
 // First where things go, which takes little, then room for just these.
 bool ReferenceField::findPlaces(std::span<const ReferencePlane> planes, std::uint64_t most) {
   std::array<std::int32_t, 3> brick{-1, -1, -1};
-  std::uint32_t number = 0;
+  std::uint32_t* reaches = nullptr;
   std::uint64_t sources = 0;
   const auto fits = [&] {
-    return sources * sizeof(Source) + places_.size() * sizeof(Brick) + bytesOf(places_) + map_.bytes() <=
+    return roomFor(sources) * sizeof(Source) + roomFor(places_.size()) * sizeof(Brick) + bytesOf(places_) +
+               map_.bytes() <=
            most;
   };
   for (const ReferencePlane& plane : planes) {
     const Nearest at(plane.position);
-    if (at.brick != brick) {
+    if (!at.isIn(brick)) {
       brick = at.brick;
-      number = map_.findOrAdd(brick[0], brick[1], brick[2]);
+      const std::uint32_t number = map_.findOrAdd(brick[0], brick[1], brick[2]);
       if (number == places_.size()) {
         places_.push_back({brick[0], brick[1], brick[2], 0});
         ++sources;
         if (!fits()) return false;
       }
+      reaches = &places_[number].reaches;
     }
     std::size_t low = 0, high = 0;
     for (std::size_t k = 0; k < 3; ++k) {
       low |= std::size_t{at.inside[k] <= 1} << k;
       high |= std::size_t{at.inside[k] == kSide - 1} << k;
     }
-    places_[number].reaches |= kReaches[low][high];
+    *reaches |= kReaches[low][high];
   }
   for (std::size_t i = 0; i < sources; ++i) {
     const Place from = places_[i];
@@ -117,8 +117,7 @@ bool ReferenceField::findPlaces(std::span<const ReferencePlane> planes, std::uin
     }
     if (!fits()) return false;
   }
-  clearFor(sources_, sources);
-  sources_.resize(sources);
+  setSize(sources_, sources);
   for (Source& source : sources_) source.nodes.fill(kNothing);
   setSize(bricks_, places_.size());
   return true;

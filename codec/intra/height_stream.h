@@ -151,6 +151,14 @@ inline std::array<std::int32_t, HeightWeights::kMovedInputs> movedInputs(const H
   return result;
 }
 
+/// Those of a set that are for SignInputs.
+template <std::size_t N>
+InputWeights inputWeights(const std::array<std::int32_t, N>& set) {
+  InputWeights result;
+  for (std::size_t k = 0; k < SignInputs::kCount; ++k) result.v[k] = static_cast<std::int16_t>(set[k + 2]);
+  return result;
+}
+
 /// `count`, `links`: of a cell of this colour.
 inline Coded around(const HeightFrame& frame, std::size_t colour, std::uint8_t count,
                     const std::uint32_t* links, std::uint32_t tools) {
@@ -171,24 +179,28 @@ void codeHeights(Coder& coder, HeightModels& models, const HeightWeights& weight
   for (std::uint32_t colour = 0; colour < 2; ++colour) {
     const Surroundings::Colour& list = frame.around.colours[colour];
     const HeightWeights::Set plain = models.weights.plain[colour];
+    const InputWeights plain_inputs = heights::inputWeights(plain);
+    const auto& moved_weights = models.weights.moved[colour];
+    const std::array<InputWeights, 2> moved_inputs{heights::inputWeights(moved_weights[0]),
+                                                   heights::inputWeights(moved_weights[1])};
     const std::uint32_t* links = list.links.data();
     for (std::size_t n = 0; n < list.cells.size(); ++n) {
       const std::uint32_t i = list.cells[n];
       const heights::Coded coded = heights::around(frame, colour, list.counts[n], links, tools);
       links += Surroundings::linkCount(list.counts[n]);
       const SignInputs& inputs = frame.predicted.inputs[i];
-      std::int32_t sum = 32 + plain[0] * coded.near + plain[1] * coded.far;
-      for (std::size_t k = 0; k < SignInputs::kCount; ++k) sum += plain[k + 2] * inputs.v[k];
+      const std::int32_t sum =
+          32 + plain[0] * coded.near + plain[1] * coded.far + weighed(inputs, plain_inputs);
       std::int32_t expected = std::clamp(sum >> 6, -kCell, kCell);
       HeightContext context{colour, coded.activity, static_cast<std::uint32_t>(inputs.bend),
                             cells[i].corners};
       std::int32_t residual;
       if (!frame.moved.empty() && frame.moved[i].confidence != MovedHeight::kNone) {
         const MovedHeight& moved = frame.moved[i];
-        const auto& w = models.weights.moved[colour][moved.confidence >= 4];
-        const auto values = heights::movedInputs(frame, i, coded);
-        std::int32_t other = 32;
-        for (std::size_t k = 0; k < values.size(); ++k) other += w[k] * values[k];
+        const std::size_t kind = moved.confidence >= 4;
+        const auto& w = moved_weights[kind];
+        std::int32_t other = 32 + w[0] * coded.near + w[1] * coded.far + weighed(inputs, moved_inputs[kind]);
+        other += w[8] * moved.height + w[9] * coded.near_error + w[10] * coded.far_error;
         other = std::clamp(other >> 6, -kCell, kCell);
         context.moved = true;
         context.confidence = moved.confidence;

@@ -2,26 +2,13 @@
 // Where the signs alone put the vertices, and which way the surface looks there (spec codec 11.2, 11.3).
 #pragma once
 
-#include <array>
-#include <cstdint>
 #include <span>
 #include <vector>
 
+#include "intra/sign_lanes.h"
 #include "lattice/surroundings.h"
 
 namespace isoreel {
-
-/// Four lanes of 16 bits: x, y, z and one more.
-struct alignas(8) Lanes {
-  std::array<std::int16_t, 4> v{};
-};
-
-/// Inputs of the height's prediction, in 1/16384 of a cell or a like unit, and how bent the surface is.
-struct alignas(16) SignInputs {
-  static constexpr std::size_t kCount = 6;
-  std::array<std::int16_t, kCount> v{};
-  std::int16_t bend = 0;  // 0 to 15
-};
 
 /// What signs predict of each vertex.
 struct SignPrediction {
@@ -37,16 +24,16 @@ struct SignPrediction {
   /// `nodes`: of the grid. Keeps its memory from call to call.
   void build(std::span<const Cell> cells, const Surroundings& around,
              const std::array<std::uint32_t, 3>& nodes);
-  /// Memory beyond the object itself, and what build() takes.
+  /// Memory beyond the object itself, and the most that build() takes: of the list of cells at the border,
+  /// which doubles as it grows, the old and the new one are there at once.
   std::uint64_t bytes() const;
   static std::uint64_t bytesFor(std::size_t cells) {
-    return cells * (4 * sizeof(Lanes) + sizeof(SignInputs));
+    return cells * (4 * sizeof(Lanes) + sizeof(SignInputs) + 3 * sizeof(std::uint32_t));
   }
 
  private:
-  SignInputs inputsOf(std::size_t i, const Surroundings& around) const;
-
   std::vector<Lanes> start_, other_;
+  std::vector<std::uint32_t> at_border_;
 };
 
 }  // namespace isoreel

@@ -9,6 +9,7 @@
 
 #include <bit>
 #include <span>
+#include <utility>
 
 #include "intra/new_nodes.h"
 #include "intra/sign_context.h"
@@ -60,6 +61,8 @@ class SignTree {
   /// The heterogeneous cells of the level coded last, in Morton order. Those of the deepest level are all
   /// active.
   const std::vector<Cell>& cells() const { return cells_; }
+  /// At most so many bricks of 4×4×4 are they in: the cells two levels above.
+  std::size_t bricks() const { return bricks_; }
   /// The same, when nothing more is coded: the memory of everything else is given back.
   std::vector<Cell> takeCells() {
     children_ = {};
@@ -67,11 +70,15 @@ class SignTree {
     index_ = {};
     return std::move(cells_);
   }
-  /// Memory that codeLevel() takes at most beside cells() and what it took before.
+  /// Memory beyond the object itself, and how much more codeLevel() takes at most.
+  std::uint64_t bytes() const {
+    return bytesOf(cells_) + bytesOf(children_) + bytesOf(blocks_) + index_.bytes();
+  }
   std::uint64_t bytesOfNextLevel() const {
-    const std::size_t bricks = CellIndex::brickCount(cells_);
-    return CellIndex::bytesFor(bricks) + bricks * sizeof(SignBlock) +
-           std::min(max_cells_, 8 * cells_.size()) * sizeof(Cell);
+    const auto more = [](std::uint64_t needed, std::uint64_t had) { return std::max(needed, had) - had; };
+    return more(CellIndex::bytesFor(bricks_), index_.bytes()) +
+           more(bricks_ * sizeof(SignBlock), bytesOf(blocks_)) +
+           more(std::min(max_cells_, 8 * cells_.size()) * sizeof(Cell), bytesOf(children_));
   }
 
   /// Codes level 0: the root's corners, and its leaf bit when they agree.
@@ -106,7 +113,7 @@ class SignTree {
   template <class Moved>
   Status codeLevel(std::uint32_t level, Coder& signs, Coder& leaves, Moved& moved) {
     const LevelLattice parents(grid_, level - 1), lattice(grid_, level);
-    index_.build(cells_);
+    index_.build(cells_, bricks_);
     clearFor(children_, std::min(max_cells_, 8 * cells_.size()));
     seed(lattice);
     const bool deepest = level == depth_;
@@ -129,6 +136,7 @@ class SignTree {
       }
     }
     cells_.swap(children_);
+    bricks_ = std::exchange(parents_, children_.size());
     return {};
   }
 
@@ -300,6 +308,7 @@ class SignTree {
   std::uint32_t depth_;
   Truth truth_;
   std::size_t max_cells_;
+  std::size_t parents_ = 1, bricks_ = 1;  // how many cells the level above has, and that above it
   std::vector<Cell> cells_;
   std::vector<Cell> children_;
   CellIndex index_;

@@ -54,14 +54,17 @@ class BrickHalo {
   void gather(const CellIndex& index, const std::array<std::uint32_t, 27>& around) {
     places_.fill(CellIndex::kNone);
     count_ = 0;
+    // The brick in the middle first: all of its cells are there, one after the other.
+    const CellIndex::Brick& middle = index.bricks()[around[13]];
+    std::uint32_t place = middle.first;
+    for (std::uint64_t cells = middle.mask; cells != 0; cells &= cells - 1)
+      put(kSlots[static_cast<std::size_t>(std::countr_zero(cells))], place++);
     for (std::size_t n = 0; n < 27; ++n) {
-      if (around[n] == CellIndex::kNone) continue;
+      if (around[n] == CellIndex::kNone || n == 13) continue;
       const CellIndex::Brick& other = index.bricks()[around[n]];
       for (std::uint64_t cells = other.mask & kReached[n]; cells != 0; cells &= cells - 1) {
-        const auto bit = static_cast<std::size_t>(std::countr_zero(cells));
-        const auto at = static_cast<std::size_t>(kSlots[bit] + kBricks[n]);
-        places_[at] = other.first + countBits(other.mask & ((cells & (0 - cells)) - 1));
-        filled_[count_++] = static_cast<std::uint8_t>(at);
+        put(kSlots[static_cast<std::size_t>(std::countr_zero(cells))] + kBricks[n],
+            other.first + countBits(other.mask & ((cells & (0 - cells)) - 1)));
       }
     }
   }
@@ -74,6 +77,11 @@ class BrickHalo {
   }
 
  private:
+  void put(int slot, std::uint32_t place) {
+    places_[static_cast<std::size_t>(slot)] = place;
+    filled_[count_++] = static_cast<std::uint8_t>(slot);
+  }
+
   // By bit of CellIndex::Brick::mask: the slot in the brick itself.
   static constexpr auto kSlots = [] {
     std::array<int, 64> slots{};

@@ -12,10 +12,9 @@ std::size_t CellIndex::brickCount(std::span<const Cell> cells) {
   return count;
 }
 
-void CellIndex::build(std::span<const Cell> cells) {
-  const std::size_t count = brickCount(cells);
-  map_.clear(count);
-  clearFor(bricks_, count);
+void CellIndex::build(std::span<const Cell> cells, std::size_t bricks) {
+  map_.clear(bricks);
+  clearFor(bricks_, bricks);
   for (std::uint32_t i = 0; i < cells.size();) {
     const std::int32_t x = cells[i].x >> 2, y = cells[i].y >> 2, z = cells[i].z >> 2;
     Brick brick{0, 0, i, 0, x, y, z};

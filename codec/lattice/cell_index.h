@@ -30,8 +30,9 @@ class CellIndex {
   };
   static constexpr std::uint32_t kNone = BrickMap::kNone;
 
-  /// `cells` in Morton order; not kept.
-  void build(std::span<const Cell> cells);
+  /// `cells` in Morton order; not kept. Takes room for `bricks`, at least as many as they are in.
+  void build(std::span<const Cell> cells, std::size_t bricks);
+  void build(std::span<const Cell> cells) { build(cells, brickCount(cells)); }
   /// How many bricks they are in, and the memory of an index of so many.
   static std::size_t brickCount(std::span<const Cell> cells);
   static std::uint64_t bytesFor(std::size_t bricks) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "lattice/dual_mesh.h"
 
+#include <algorithm>
 #include <bit>
 
 namespace isoreel {
@@ -95,9 +96,9 @@ std::size_t quadCount(std::span<const Cell> cells) {
   return count;
 }
 
-std::vector<Quad> dualQuads(std::span<const Cell> cells, const CellIndex& index) {
+std::vector<Quad> dualQuads(std::span<const Cell> cells, const CellIndex& index, std::size_t most) {
   std::vector<Quad> quads;
-  quads.reserve(quadCount(cells));
+  quads.reserve(most);
   Places places;
   std::array<Quad, std::size_t{3} * 64> made;
   struct Edge {
@@ -126,6 +127,7 @@ std::vector<Quad> dualQuads(std::span<const Cell> cells, const CellIndex& index)
       const auto& back = kBack[edges[k].back];
       made[k] = {places[slot], places[slot - back[0]], places[slot - back[1]], places[slot - back[2]]};
     }
+    count = std::min(count, most - quads.size());
     quads.insert(quads.end(), made.begin(), made.begin() + static_cast<std::ptrdiff_t>(count));
   }
   return quads;

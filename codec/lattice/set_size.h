@@ -14,10 +14,16 @@ void clearFor(std::vector<T>& vector, std::size_t size) {
   vector.reserve(size);
 }
 
-/// Like resize(), but what is in there is lost when it grows, and it never takes more than `size` needs.
+/// Where memory is kept for the next frame, which may be a little larger: so many elements, and an eighth.
+constexpr std::size_t roomFor(std::size_t size) { return size + size / 8; }
+
+/// Like resize(), but what is in there may be lost, and it never takes more than roomFor(size).
 template <class T>
 void setSize(std::vector<T>& vector, std::size_t size) {
-  if (vector.capacity() < size) vector = {};
+  if (vector.capacity() < size) {
+    vector = {};
+    vector.reserve(roomFor(size));
+  }
   vector.resize(size);
 }
 

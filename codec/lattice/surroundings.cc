@@ -19,14 +19,21 @@ class Nodes {
   /// The corners of the cell in a slot of a halo.
   void add(std::size_t slot, std::uint32_t corners) {
     const auto [plane, shift] = kPlaces[slot];
-    known_[plane] |= kSquare << shift;
-    inside_[plane] |= spread(corners) << shift;
-    known_[plane + 1u] |= kSquare << shift;
-    inside_[plane + 1u] |= spread(corners >> 4) << shift;
+    const std::uint64_t low = kSpread[corners & 15], high = kSpread[corners >> 4];
+    known_[plane] |= std::uint64_t{1} << shift;  // of the cell, until extend()
+    inside_[plane] |= low << shift;
+    inside_[plane + 1u] |= high << shift;
   }
   /// Nodes that no active cell has as a corner are as those one step nearer: no edge between them changes
   /// sign.
   void extend() {
+    std::uint64_t below = 0;
+    for (std::uint64_t& known : known_) {
+      std::uint64_t corners = known | known << 1;
+      corners |= corners << 8;
+      known = corners | below;
+      below = corners;
+    }
     for (std::size_t z = 0; z < 7; ++z) {
       const std::uint64_t right = known_[z] << 1 & kRows & ~known_[z],
                           left = known_[z] >> 1 & ~known_[z] & ~right;
@@ -42,19 +49,24 @@ class Nodes {
   }
   /// The 4×4×4 nodes around a cell, at 0 to 3.
   std::uint64_t around(int x, int y, int z) const {
-    std::uint64_t result = 0;
-    for (int plane = 0; plane < 4; ++plane) {
-      std::uint64_t rows = inside_[static_cast<std::size_t>(z + plane)] >> (8 * y + x) & 0x0F0F0F0F;
-      rows |= rows >> 4;
-      result |= ((rows & 0xFF) | (rows >> 8 & 0xFF00)) << 16 * plane;
-    }
-    return result;
+    const std::uint64_t* const planes = &inside_[static_cast<std::size_t>(z)];
+    const int shift = 8 * y + x;
+    return pack(planes[0] >> shift, planes[1] >> shift) | pack(planes[2] >> shift, planes[3] >> shift) << 32;
   }
 
  private:
-  static constexpr std::uint64_t kSquare = 0x303;
   static constexpr std::uint64_t kRows = 0x007F7F7F7F7F7F7F;
-  static std::uint64_t spread(std::uint32_t corners) { return (corners & 3) | (corners & 12) << 6; }
+  // By the signs of a square's corners: two bits in each of two rows.
+  static constexpr std::array<std::uint16_t, 16> kSpread{0x000, 0x001, 0x002, 0x003, 0x100, 0x101,
+                                                         0x102, 0x103, 0x200, 0x201, 0x202, 0x203,
+                                                         0x300, 0x301, 0x302, 0x303};
+  // Four nodes of four rows of each of two planes, in 32 bits.
+  static std::uint64_t pack(std::uint64_t low, std::uint64_t high) {
+    std::uint64_t rows = (low & 0x0F0F0F0F) | (high & 0x0F0F0F0F) << 32;
+    rows = (rows | rows >> 4) & 0x00FF00FF00FF00FF;
+    rows = (rows | rows >> 8) & 0x0000FFFF0000FFFF;
+    return (rows | rows >> 16) & 0xFFFFFFFF;
+  }
 
   // By slot of a halo: z + 1, and the bit of the cell's corner 0 in its plane.
   static constexpr auto kPlaces = [] {
@@ -141,12 +153,18 @@ void Surroundings::build(std::span<const Cell> cells, const CellIndex& index) {
       const int x = cell.x & 3, y = cell.y & 3, z = cell.z & 3;
       signs[i] = nodes.around(x, y, z);
       const std::size_t slot = BrickHalo::slot(x, y, z);
-      std::uint32_t present = 0;
+      std::uint32_t present = kMixedFaces[cell.corners];
+      std::uint32_t all = 0;
       for (std::size_t face = 0; face < 6; ++face) {
         const std::uint32_t other = halo[slot + static_cast<std::size_t>(kFaceSteps[face])];
-        const bool taken = (kMixedFaces[cell.corners] >> face & 1) != 0 && other != CellIndex::kNone;
-        across[i][face] = taken ? other : i;
-        present |= std::uint32_t{taken} << face;
+        all |= across[i][face] = (present >> face & 1) != 0 ? other : i;
+      }
+      if (all > CellIndex::kNone / 2) {  // seldom: the grid may end there
+        for (std::size_t face = 0; face < 6; ++face) {
+          if (across[i][face] != CellIndex::kNone) continue;
+          across[i][face] = i;
+          present &= ~(1u << face);
+        }
       }
       faces[i] = static_cast<std::uint8_t>(present);
       const std::size_t odd = static_cast<std::size_t>(x + y + z) & 1;

@@ -26,6 +26,34 @@ TEST(Mixer, SquashRisesAndStretchIsItsInverse) {
   }
 }
 
+TEST(SignLanes, AreAsTheDefinitionSays) {
+  made::Random random(7);
+  const auto between = [&](std::int32_t low, std::int32_t high) {
+    const auto any = static_cast<std::int32_t>(random() % static_cast<std::uint32_t>(high - low + 1));
+    return static_cast<std::int16_t>(random() % 8 == 0 ? std::array{low, high}[random() % 2] : low + any);
+  };
+  for (int trial = 0; trial < 20000; ++trial) {
+    std::array<Lanes, 8> points, normals;
+    for (Lanes& p : points) p.v = {between(0, 2048), between(0, 2048), between(0, 2048), 0};
+    for (Lanes& n : normals)
+      n.v = {between(-16384, 16384), between(-16384, 16384), between(-16384, 16384), between(-896, 896)};
+    std::array<std::uint32_t, 6> across{};
+    for (std::uint32_t& j : across) j = random() % 8;
+    const CellAround at{random() % 8, across, static_cast<std::uint8_t>(random() % 64)};
+    ASSERT_EQ(meanAround(points.data(), at).v, definition::meanAround(points.data(), at).v) << trial;
+    const SignInputs found = inputsOf(points.data(), normals.data(), points[0], at);
+    const SignInputs expected = definition::inputsOf(points.data(), normals.data(), points[0], at);
+    ASSERT_EQ(found.v, expected.v) << trial;
+    ASSERT_EQ(found.bend, expected.bend) << trial;
+    SignInputs inputs;
+    for (std::int16_t& v : inputs.v) v = between(-32768, 32767);
+    inputs.bend = between(0, 15);
+    InputWeights weights;
+    for (std::size_t k = 0; k < inputs.v.size(); ++k) weights.v[k] = between(-255, 255);
+    ASSERT_EQ(weighed(inputs, weights), definition::weighed(inputs, weights)) << trial;
+  }
+}
+
 TEST(Mixer, FollowsTheModelThatKnows) {
   // One model sees what decides the bit, the other one sees noise.
   made::Random random(1);

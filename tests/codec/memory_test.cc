@@ -83,8 +83,8 @@ TEST_P(Memory, IsReckonedBeforeItIsTaken) {
     const std::vector<Bytes> packets = encoded(shape, GetParam());
     ASSERT_EQ(packets.size(), 3u);
     ASSERT_EQ(decodedWithin(DecodeOptions{}.max_bytes, packets), 3u);
-    std::uint64_t low = 0, high = std::uint64_t{1} << 30;  // fails, does not
-    while (high - low > 1024) {
+    std::uint64_t low = 0, high = std::uint64_t{8} << 20;  // fails, does not
+    while (high - low > 16384) {
       const std::uint64_t middle = low + (high - low) / 2;
       (decodedWithin(middle, packets) < 3 ? low : high) = middle;
     }
@@ -99,7 +99,7 @@ TEST_P(Memory, IsReckonedBeforeItIsTaken) {
 TEST_P(Memory, FieldsOfManySmallPiecesAreRefused) {
   const std::vector<Bytes> small = encoded({"crumbs", crumbs}, GetParam());
   ASSERT_EQ(readPacketHeader(small[1])->type, PacketType::kPredicted);
-  constexpr std::uint64_t kMost = 5 << 18;
+  constexpr std::uint64_t kMost = 3 << 19;
   EXPECT_EQ(decodedWithin(kMost, small), 1u);
   EXPECT_EQ(decodedWithin(kMost, encoded({"ball", ball}, GetParam())), 3u);
 }
@@ -108,7 +108,7 @@ TEST_P(Memory, ADecoderGoesOnAfterARefusal) {
   const std::vector<Bytes> packets = encoded({"crumbs", crumbs}, GetParam());
   Decoder decoder;
   DecodeOptions little;
-  little.max_bytes = 5 << 18;
+  little.max_bytes = 3 << 19;
   ASSERT_TRUE(decoder.decode(packets[0], little).ok());
   EXPECT_EQ(decoder.decode(packets[1], little).error().code, ErrorCode::kLimit);
   EXPECT_EQ(decoder.decode(packets[1]).error().code, ErrorCode::kNotFound);

@@ -41,6 +41,7 @@ TEST(CornerValues, AreInterpolatedAsTheDefinitionSays) {
     ASSERT_EQ(corners.at(place), expected.value) << trial;
     ASSERT_EQ(found.value, expected.value) << trial;
     ASSERT_EQ(found.slope, expected.slope) << trial;
+    ASSERT_EQ(corners.bend(), definition::bendOf(values)) << trial;
 
     // The definition against real numbers.
     std::array<double, 3> part{};

@@ -44,6 +44,12 @@ void postWarning(GstElement* element, const Status& status, const std::string& p
   post(element, GST_MESSAGE_WARNING, status, place);
 }
 
+GstPad* newPad(gpointer element, const char* from_template, const char* name) {
+  GstPadTemplate* pad_template =
+      gst_element_class_get_pad_template(GST_ELEMENT_GET_CLASS(element), from_template);
+  return gst_pad_new_from_template(pad_template, name != nullptr ? name : from_template);
+}
+
 void addTemplate(GstElementClass* klass, const char* name, GstPadDirection direction, GstPadPresence presence,
                  const char* caps) {
   GstCaps* parsed = gst_caps_from_string(caps);

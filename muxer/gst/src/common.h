@@ -69,6 +69,23 @@ GType elementType(GType parent, const char* name, void (*init_class)(Class*), vo
   return g_type_register_static(parent, name, &info, GTypeFlags{});
 }
 
+/// The class struct that the methods of a final element's parent are in; `Class` is the parent's.
+template <class Class>
+Class* parentClass(gpointer element) {
+  return static_cast<Class*>(g_type_class_peek_parent(G_OBJECT_GET_CLASS(element)));
+}
+
+/// For GObjectClass::finalize of an element that owns its `state`.
+template <class Element>
+void finalizeElement(GObject* object) {
+  delete reinterpret_cast<Element*>(object)->state;
+  parentClass<GObjectClass>(object)->finalize(object);
+}
+
+/// A pad of the element's template of that name, not yet added; called like its template unless `name` says
+/// otherwise.
+GstPad* newPad(gpointer element, const char* from_template, const char* name = nullptr);
+
 void addTemplate(GstElementClass* klass, const char* name, GstPadDirection direction, GstPadPresence presence,
                  const char* caps);
 

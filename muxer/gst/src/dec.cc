@@ -282,8 +282,7 @@ GstStateChangeReturn changeState(GstElement* base, GstStateChange change) {
     state.damage.reset();
     state.meshes = state.dropped = 0;
   }
-  auto* parent = static_cast<GstElementClass*>(g_type_class_peek_parent(GST_ELEMENT_GET_CLASS(base)));
-  const GstStateChangeReturn result = parent->change_state(base, change);
+  const GstStateChangeReturn result = parentClass<GstElementClass>(base)->change_state(base, change);
   if (change == GST_STATE_CHANGE_PAUSED_TO_READY) {
     reset(element);
     if (state.allocator != nullptr) gst_object_unref(state.allocator);
@@ -310,16 +309,11 @@ void getProperty(GObject* object, guint id, GValue* value, GParamSpec*) {
   GST_OBJECT_UNLOCK(object);
 }
 
-void finalize(GObject* object) {
-  delete self(object)->state;
-  G_OBJECT_CLASS(g_type_class_peek_parent(G_OBJECT_GET_CLASS(object)))->finalize(object);
-}
-
 void initClass(ElementClass* klass) {
   GObjectClass* object = G_OBJECT_CLASS(klass);
   object->set_property = setProperty;
   object->get_property = getProperty;
-  object->finalize = finalize;
+  object->finalize = finalizeElement<Element>;
   installDecoderProperties(object);
   GstElementClass* element = GST_ELEMENT_CLASS(klass);
   element->change_state = changeState;
@@ -332,12 +326,11 @@ void initClass(ElementClass* klass) {
 
 void init(Element* element) {
   element->state = new State;
-  GstElementClass* klass = GST_ELEMENT_GET_CLASS(element);
-  element->sink = gst_pad_new_from_template(gst_element_class_get_pad_template(klass, "sink"), "sink");
+  element->sink = newPad(element, "sink");
   gst_pad_set_chain_function(element->sink, chain);
   gst_pad_set_event_function(element->sink, sinkEvent);
   GST_PAD_SET_ACCEPT_TEMPLATE(element->sink);
-  element->source = gst_pad_new_from_template(gst_element_class_get_pad_template(klass, "src"), "src");
+  element->source = newPad(element, "src");
   gst_pad_set_event_function(element->source, sourceEvent);
   gst_pad_use_fixed_caps(element->source);
   gst_element_add_pad(GST_ELEMENT(element), element->sink);

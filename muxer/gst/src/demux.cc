@@ -120,8 +120,7 @@ gboolean activateMode(GstPad*, GstObject* parent, GstPadMode mode, gboolean acti
 }
 
 GstStateChangeReturn changeState(GstElement* element, GstStateChange change) {
-  auto* parent = static_cast<GstElementClass*>(g_type_class_peek_parent(G_OBJECT_GET_CLASS(element)));
-  const GstStateChangeReturn result = parent->change_state(element, change);
+  const GstStateChangeReturn result = parentClass<GstElementClass>(element)->change_state(element, change);
   if (change == GST_STATE_CHANGE_PAUSED_TO_READY) self(element)->state->close();
   return result;
 }
@@ -144,16 +143,11 @@ void getProperty(GObject* object, guint id, GValue* value, GParamSpec* spec) {
   }
 }
 
-void finalize(GObject* object) {
-  delete self(object)->state;
-  static_cast<GObjectClass*>(g_type_class_peek_parent(G_OBJECT_GET_CLASS(object)))->finalize(object);
-}
-
 void initClass(ElementClass* klass) {
   auto* object = G_OBJECT_CLASS(klass);
   object->set_property = setProperty;
   object->get_property = getProperty;
-  object->finalize = finalize;
+  object->finalize = finalizeElement<Element>;
   g_object_class_install_property(
       object, kFollow,
       g_param_spec_boolean("follow", "Follow",
@@ -168,8 +162,7 @@ void initClass(ElementClass* klass) {
 }
 
 void init(Element* element) {
-  auto* klass = GST_ELEMENT_GET_CLASS(element);
-  element->sink = gst_pad_new_from_template(gst_element_class_get_pad_template(klass, "sink"), "sink");
+  element->sink = newPad(element, "sink");
   gst_pad_set_chain_function(element->sink, chain);
   gst_pad_set_event_function(element->sink, sinkEvent);
   gst_pad_set_activate_function(element->sink, activate);

@@ -133,14 +133,12 @@ Status State::addPads() {
     gst_event_parse_group_id(start, &group);
     gst_event_unref(start);
   }
-  auto* klass = GST_ELEMENT_GET_CLASS(element);
   for (std::size_t i = 0; i < streams.size(); ++i) {
     DemuxStream& stream = *streams[i];
     ISOREEL_ASSIGN(const Bytes record, configurationOf(stream));
     ISOREEL_ASSIGN(const Configuration configuration, readConfiguration(record));
     const std::string name = "src_" + std::to_string(i);
-    GstPad* pad =
-        gst_pad_new_from_template(gst_element_class_get_pad_template(klass, "src_%u"), name.c_str());
+    GstPad* pad = newPad(element, "src_%u", name.c_str());
     gst_pad_set_event_function(pad, sourceEvent);
     gst_pad_set_query_function(pad, sourceQuery);
     gst_pad_use_fixed_caps(pad);

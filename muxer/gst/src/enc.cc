@@ -261,8 +261,7 @@ gboolean sinkEvent(GstPad* pad, GstObject* parent, GstEvent* event) {
 }
 
 GstStateChangeReturn changeState(GstElement* element, GstStateChange change) {
-  auto* parent = static_cast<GstElementClass*>(g_type_class_peek_parent(G_OBJECT_GET_CLASS(element)));
-  const GstStateChangeReturn result = parent->change_state(element, change);
+  const GstStateChangeReturn result = parentClass<GstElementClass>(element)->change_state(element, change);
   if (change == GST_STATE_CHANGE_PAUSED_TO_READY) self(element)->state->release();
   return result;
 }
@@ -281,8 +280,7 @@ void getProperty(GObject* object, guint id, GValue* value, GParamSpec* spec) {
 
 void finalize(GObject* object) {
   self(object)->state->release();
-  delete self(object)->state;
-  static_cast<GObjectClass*>(g_type_class_peek_parent(G_OBJECT_GET_CLASS(object)))->finalize(object);
+  finalizeElement<Element>(object);
 }
 
 void initClass(ElementClass* klass) {
@@ -301,13 +299,12 @@ void initClass(ElementClass* klass) {
 
 void init(Element* element) {
   element->state = new State;
-  auto* klass = GST_ELEMENT_GET_CLASS(element);
-  element->sink = gst_pad_new_from_template(gst_element_class_get_pad_template(klass, "sink"), "sink");
+  element->sink = newPad(element, "sink");
   gst_pad_set_chain_function(element->sink, chain);
   gst_pad_set_event_function(element->sink, sinkEvent);
   GST_PAD_SET_ACCEPT_TEMPLATE(element->sink);
   gst_element_add_pad(GST_ELEMENT(element), element->sink);
-  element->src = gst_pad_new_from_template(gst_element_class_get_pad_template(klass, "src"), "src");
+  element->src = newPad(element, "src");
   gst_pad_use_fixed_caps(element->src);
   gst_element_add_pad(GST_ELEMENT(element), element->src);
 }

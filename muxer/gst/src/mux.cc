@@ -83,9 +83,6 @@ struct ElementClass {
 };
 
 Element* self(gpointer element) { return static_cast<Element*>(element); }
-GstAggregatorClass* parentClass(gpointer element) {
-  return static_cast<GstAggregatorClass*>(g_type_class_peek_parent(G_OBJECT_GET_CLASS(element)));
-}
 
 std::string tagsNow(Element* element) {
   const GstTagList* set = gst_tag_setter_get_tag_list(GST_TAG_SETTER(element));
@@ -318,7 +315,7 @@ void learn(State& state, GstPad* pad, GstEvent* event) {
 
 gboolean sinkEvent(GstAggregator* aggregator, GstAggregatorPad* pad, GstEvent* event) {
   learn(*self(aggregator)->state, GST_PAD(pad), event);
-  return parentClass(aggregator)->sink_event(aggregator, pad, event);
+  return parentClass<GstAggregatorClass>(aggregator)->sink_event(aggregator, pad, event);
 }
 
 gboolean start(GstAggregator* aggregator) {
@@ -347,7 +344,8 @@ GstFlowReturn flush(GstAggregator* aggregator) {
 // Seeks go to whoever is upstream. The aggregator also applies them to its own segment, which has to be in
 // their format for that; it is in bytes again afterwards.
 gboolean sourceEvent(GstAggregator* aggregator, GstEvent* event) {
-  if (GST_EVENT_TYPE(event) != GST_EVENT_SEEK) return parentClass(aggregator)->src_event(aggregator, event);
+  if (GST_EVENT_TYPE(event) != GST_EVENT_SEEK)
+    return parentClass<GstAggregatorClass>(aggregator)->src_event(aggregator, event);
   GstFormat format = GST_FORMAT_TIME;
   gst_event_parse_seek(event, nullptr, &format, nullptr, nullptr, nullptr, nullptr, nullptr);
   GstSegment& segment = GST_AGGREGATOR_PAD(aggregator->srcpad)->segment;
@@ -355,7 +353,7 @@ gboolean sourceEvent(GstAggregator* aggregator, GstEvent* event) {
   const GstSegment bytes = segment;
   gst_segment_init(&segment, format);
   GST_OBJECT_UNLOCK(aggregator->srcpad);
-  const gboolean done = parentClass(aggregator)->src_event(aggregator, event);
+  const gboolean done = parentClass<GstAggregatorClass>(aggregator)->src_event(aggregator, event);
   GST_OBJECT_LOCK(aggregator->srcpad);
   if (segment.format != GST_FORMAT_BYTES) segment = bytes;
   GST_OBJECT_UNLOCK(aggregator->srcpad);
@@ -368,7 +366,7 @@ void releasePad(GstElement* element, GstPad* pad) {
     const std::lock_guard guard(state.lock);
     state.tracks.erase(pad);
   }
-  GST_ELEMENT_CLASS(parentClass(element))->release_pad(element, pad);
+  parentClass<GstElementClass>(element)->release_pad(element, pad);
 }
 
 enum Property { kParity = 1, kTimes, kTrackNames };
@@ -419,8 +417,7 @@ void getProperty(GObject* object, guint id, GValue* value, GParamSpec* spec) {
 
 void finalize(GObject* object) {
   self(object)->state->forgetStream();
-  delete self(object)->state;
-  G_OBJECT_CLASS(parentClass(object))->finalize(object);
+  finalizeElement<Element>(object);
 }
 
 void initClass(ElementClass* klass) {

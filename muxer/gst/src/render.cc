@@ -77,10 +77,6 @@ struct ElementClass {
 
 Element* self(gpointer element) { return static_cast<Element*>(element); }
 
-GstBaseTransformClass* parentOf(gpointer element) {
-  return static_cast<GstBaseTransformClass*>(g_type_class_peek_parent(GST_BASE_TRANSFORM_GET_CLASS(element)));
-}
-
 // Pictures follow each other as meshes do.
 GstCaps* transformCaps(GstBaseTransform*, GstPadDirection direction, GstCaps* caps, GstCaps* filter) {
   GstCaps* result = gst_caps_from_string(direction == GST_PAD_SINK ? kPictureCaps : kMeshCaps);
@@ -140,7 +136,7 @@ gboolean transformMeta(GstBaseTransform* base, GstBuffer* to, GstMeta* meta, Gst
   if (gst_meta_info_is_custom(meta->info) &&
       gst_custom_meta_has_name(reinterpret_cast<GstCustomMeta*>(meta), kSurfaceMeta))
     return TRUE;
-  return parentOf(base)->transform_meta(base, to, meta, from);
+  return parentClass<GstBaseTransformClass>(base)->transform_meta(base, to, meta, from);
 }
 
 /// Brings controlled properties to the time of the buffer.
@@ -241,7 +237,7 @@ gboolean sinkEvent(GstBaseTransform* base, GstEvent* event) {
     GST_OBJECT_UNLOCK(base);
   }
   if (GST_EVENT_TYPE(event) == GST_EVENT_STREAM_START) state.box = {};
-  return parentOf(base)->sink_event(base, event);
+  return parentClass<GstBaseTransformClass>(base)->sink_event(base, event);
 }
 
 /// Whether the event was a mouse's and is dealt with.
@@ -273,7 +269,7 @@ gboolean sourceEvent(GstBaseTransform* base, GstEvent* event) {
     done = state.settings.drafts && state.lateness.report(time, late, 1);
     GST_OBJECT_UNLOCK(base);
   }
-  if (!done) return parentOf(base)->src_event(base, event);
+  if (!done) return parentClass<GstBaseTransformClass>(base)->src_event(base, event);
   gst_event_unref(event);
   return TRUE;
 }
@@ -340,17 +336,11 @@ void getProperty(GObject* object, guint id, GValue* value, GParamSpec*) {
   GST_OBJECT_UNLOCK(object);
 }
 
-void finalize(GObject* object) {
-  auto* parent = G_OBJECT_CLASS(parentOf(object));
-  delete self(object)->state;
-  parent->finalize(object);
-}
-
 void initClass(ElementClass* klass) {
   GObjectClass* object = G_OBJECT_CLASS(klass);
   object->set_property = setProperty;
   object->get_property = getProperty;
-  object->finalize = finalize;
+  object->finalize = finalizeElement<Element>;
   installRendererProperties(object);
   GstElementClass* element = GST_ELEMENT_CLASS(klass);
   gst_element_class_set_static_metadata(element, "Isosurface renderer", "Filter/Converter/Video",

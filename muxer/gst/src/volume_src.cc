@@ -167,7 +167,7 @@ gboolean query(GstBaseSrc* source, GstQuery* request) {
       return TRUE;
     }
   }
-  return GST_BASE_SRC_CLASS(g_type_class_peek_parent(G_OBJECT_GET_CLASS(source)))->query(source, request);
+  return parentClass<GstBaseSrcClass>(source)->query(source, request);
 }
 
 Result<Volume> read(VolumeList& list, std::size_t frame) {
@@ -264,16 +264,11 @@ void getProperty(GObject* object, guint id, GValue* value, GParamSpec* spec) {
   GST_OBJECT_UNLOCK(object);
 }
 
-void finalize(GObject* object) {
-  delete self(object)->state;
-  static_cast<GObjectClass*>(g_type_class_peek_parent(G_OBJECT_GET_CLASS(object)))->finalize(object);
-}
-
 void initClass(ElementClass* klass) {
   auto* object = G_OBJECT_CLASS(klass);
   object->set_property = setProperty;
   object->get_property = getProperty;
-  object->finalize = finalize;
+  object->finalize = finalizeElement<Element>;
   const auto flags =
       static_cast<GParamFlags>(G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS | GST_PARAM_MUTABLE_READY);
   g_object_class_install_property(

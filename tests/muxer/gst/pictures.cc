@@ -20,7 +20,7 @@ std::string playerOf(const std::string& path) {
 }
 
 bool settled(Pipeline& pipeline) {
-  return gst_element_get_state(pipeline.get(), nullptr, nullptr, 10 * GST_SECOND) == GST_STATE_CHANGE_SUCCESS;
+  return gst_element_get_state(pipeline.get(), nullptr, nullptr, 60 * GST_SECOND) == GST_STATE_CHANGE_SUCCESS;
 }
 
 bool seekTo(Pipeline& pipeline, GstClockTime time) {

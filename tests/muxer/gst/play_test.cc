@@ -85,7 +85,7 @@ TEST_F(Play, aDamagedFilePlaysOn) {
 }
 
 TEST_F(Play, isDiscovered) {
-  GstDiscoverer* discoverer = gst_discoverer_new(10 * GST_SECOND, nullptr);
+  GstDiscoverer* discoverer = gst_discoverer_new(60 * GST_SECOND, nullptr);
   gchar* uri = gst_filename_to_uri(path_.c_str(), nullptr);
   GError* error = nullptr;
   GstDiscovererInfo* info = gst_discoverer_discover_uri(discoverer, uri, &error);

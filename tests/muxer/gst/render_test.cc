@@ -21,7 +21,7 @@ GstMemory* memoryOf(const std::vector<Element>& elements) {
   GstMemory* memory = gst_allocator_alloc(nullptr, bytes, nullptr);
   GstMapInfo map;
   gst_memory_map(memory, &map, GST_MAP_WRITE);
-  std::memcpy(map.data, elements.data(), bytes);
+  if (bytes > 0) std::memcpy(map.data, elements.data(), bytes);  // an empty vector has no data to point at
   gst_memory_unmap(memory, &map);
   return memory;
 }

@@ -151,7 +151,7 @@ void Pipeline::look(GstMessage* message) {
 
 bool Pipeline::wait(GstMessageType type) {
   GstBus* bus = gst_element_get_bus(pipeline_);
-  const gint64 until = g_get_monotonic_time() + 10 * G_USEC_PER_SEC;
+  const gint64 until = g_get_monotonic_time() + 60 * G_USEC_PER_SEC;
   bool found = false;
   while (!found && error.empty() && g_get_monotonic_time() < until) {
     GstMessage* message = gst_bus_timed_pop(bus, 100 * GST_MSECOND);
@@ -207,7 +207,7 @@ Got gotFrom(GstBuffer* buffer) {
 std::vector<Got> drain(GstElement* appsink, std::size_t most) {
   std::vector<Got> all;
   while (all.size() < most) {
-    GstSample* sample = gst_app_sink_try_pull_sample(GST_APP_SINK(appsink), 5 * GST_SECOND);
+    GstSample* sample = gst_app_sink_try_pull_sample(GST_APP_SINK(appsink), 60 * GST_SECOND);
     if (sample == nullptr) break;
     all.push_back(gotFrom(gst_sample_get_buffer(sample)));
     gst_sample_unref(sample);
