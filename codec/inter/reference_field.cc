@@ -43,6 +43,27 @@ constexpr auto kReaches = [] {
   return table;
 }();
 
+// Numbers of the bricks met last, one for each parity of their coordinates: neighbours go back and forth
+// between bricks.
+class Recent {
+ public:
+  template <class Look>
+  std::uint32_t number(const std::array<std::int32_t, 3>& brick, Look look) {
+    Entry& last =
+        entries_[static_cast<std::size_t>((brick[0] & 1) | (brick[1] & 1) << 1 | (brick[2] & 1) << 2)];
+    if (((brick[0] ^ last.brick[0]) | (brick[1] ^ last.brick[1]) | (brick[2] ^ last.brick[2])) != 0)
+      last = {brick, look(brick)};
+    return last.number;
+  }
+
+ private:
+  struct Entry {
+    std::array<std::int32_t, 3> brick{-1, -1, -1};
+    std::uint32_t number = 0;
+  };
+  std::array<Entry, 8> entries_;
+};
+
 }  // namespace
 
 void ReferenceField::clear() {
@@ -64,14 +85,13 @@ bool ReferenceField::build(std::span<const ReferencePlane> planes, std::uint64_t
     *this = {};
     return false;
   }
-  std::array<std::int32_t, 3> brick{-1, -1, -1};
-  std::uint32_t number = 0;
+  Recent recent;
+  std::uint32_t begun = 0;
   for (const ReferencePlane& plane : planes) {
     const Nearest at(plane.position);
-    if (!at.isIn(brick)) {
-      brick = at.brick;
-      number = map_.find(brick[0], brick[1], brick[2]);
-    }
+    const std::uint32_t number =
+        recent.number(at.brick, [&](const auto& b) { return map_.find(b[0], b[1], b[2]); });
+    if (number == begun) sources_[begun++].nodes.fill(kNothing);  // they are numbered as they are met
     add(plane, at, sources_[number]);
   }
   for (std::uint32_t i = 0; i < bricks_.size(); ++i) gather(i);
@@ -80,8 +100,7 @@ bool ReferenceField::build(std::span<const ReferencePlane> planes, std::uint64_t
 
 // First where things go, which takes little, then room for just these.
 bool ReferenceField::findPlaces(std::span<const ReferencePlane> planes, std::uint64_t most) {
-  std::array<std::int32_t, 3> brick{-1, -1, -1};
-  std::uint32_t* reaches = nullptr;
+  Recent recent;
   std::uint64_t sources = 0;
   const auto fits = [&] {
     return roomFor(sources) * sizeof(Source) + roomFor(places_.size()) * sizeof(Brick) + bytesOf(places_) +
@@ -90,22 +109,19 @@ bool ReferenceField::findPlaces(std::span<const ReferencePlane> planes, std::uin
   };
   for (const ReferencePlane& plane : planes) {
     const Nearest at(plane.position);
-    if (!at.isIn(brick)) {
-      brick = at.brick;
-      const std::uint32_t number = map_.findOrAdd(brick[0], brick[1], brick[2]);
-      if (number == places_.size()) {
-        places_.push_back({brick[0], brick[1], brick[2], 0});
-        ++sources;
-        if (!fits()) return false;
-      }
-      reaches = &places_[number].reaches;
+    const std::uint32_t number =
+        recent.number(at.brick, [&](const auto& b) { return map_.findOrAdd(b[0], b[1], b[2]); });
+    if (number == places_.size()) {
+      places_.push_back({at.brick[0], at.brick[1], at.brick[2], 0});
+      ++sources;
+      if (!fits()) return false;
     }
     std::size_t low = 0, high = 0;
     for (std::size_t k = 0; k < 3; ++k) {
       low |= std::size_t{at.inside[k] <= 1} << k;
       high |= std::size_t{at.inside[k] == kSide - 1} << k;
     }
-    *reaches |= kReaches[low][high];
+    places_[number].reaches |= kReaches[low][high];
   }
   for (std::size_t i = 0; i < sources; ++i) {
     const Place from = places_[i];
@@ -118,7 +134,6 @@ bool ReferenceField::findPlaces(std::span<const ReferencePlane> planes, std::uin
     if (!fits()) return false;
   }
   setSize(sources_, sources);
-  for (Source& source : sources_) source.nodes.fill(kNothing);
   setSize(bricks_, places_.size());
   return true;
 }

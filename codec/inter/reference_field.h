@@ -62,9 +62,6 @@ class ReferenceField {
   /// The node nearest to a vertex.
   struct Nearest {
     explicit Nearest(const GridPosition& position);
-    bool isIn(const std::array<std::int32_t, 3>& other) const {
-      return ((brick[0] ^ other[0]) | (brick[1] ^ other[1]) | (brick[2] ^ other[2])) == 0;
-    }
     std::array<std::int32_t, 3> brick{}, inside{};  // and its place there
   };
 
