@@ -43,13 +43,17 @@ Volume ball(int time) {
   });
 }
 
-std::vector<Bytes> encoded(const Shape& shape, Profile profile) {
+Result<Encoder> encoderOf(const Shape& shape, Profile profile) {
   EncoderSettings settings;
   settings.configuration.grid = shape.at(0).grid;
   settings.configuration.inside = Inside::kBelow;
   settings.configuration.profile = profile;
   settings.frame_types = FrameTypes::kAuto;
-  auto encoder = Encoder::create(settings);
+  return Encoder::create(settings);
+}
+
+std::vector<Bytes> encoded(const Shape& shape, Profile profile) {
+  auto encoder = encoderOf(shape, profile);
   std::vector<Bytes> packets;
   for (int i = 0; encoder.ok() && i < 3; ++i) {
     auto packet = encoder->encode(shape.at(i), {static_cast<std::uint64_t>(i), i, 1, 0.0});
@@ -135,6 +139,35 @@ TEST_P(Memory, EveryAllocationMayFail) {
     EXPECT_TRUE(other.cells().empty());
     EXPECT_FALSE(other.decode(packets[1]).ok());
     EXPECT_TRUE(other.decode(packets[0]).ok());
+  }
+}
+
+// Of the first ones, every allocation may fail, then one in some.
+TEST_P(Memory, AllocationsOfTheEncoderMayFail) {
+  const Shape shape{
+      "small", [](int) { return made::sampled(made::gridOf(9, 9, 9), made::sphere(4.1, 4.2, 4.3, 2.9)); }};
+  const Volume volume = shape.at(0);
+  const auto packet = [&](Encoder& encoder, std::uint64_t number) {
+    return encoder.encode(volume, {number, static_cast<std::int64_t>(number), 1, 0.0});
+  };
+  for (std::uint64_t nth = 1;; nth += 1 + nth / 32) {
+    auto encoder = encoderOf(shape, GetParam());
+    ASSERT_TRUE(packet(*encoder, 0).ok());
+    failing = nth;
+    const auto second = packet(*encoder, 1);
+    const bool failed = failing == 0;
+    failing = 0;
+    if (!failed) {
+      EXPECT_TRUE(second.ok());
+      EXPECT_GT(nth, 50u);
+      break;
+    }
+    ASSERT_FALSE(second.ok());
+    EXPECT_EQ(second.error().code, ErrorCode::kLimit);
+    const auto third = packet(*encoder, 2);
+    ASSERT_TRUE(third.ok());
+    EXPECT_EQ(third->header.type, PacketType::kIntra);
+    EXPECT_TRUE(Decoder().decode(third->data).ok());
   }
 }
 
