@@ -88,6 +88,7 @@ class Encoder {
   /// GOP limit, when it is smaller than the I packet. Memory beyond the volume: one bit per node and, of a
   /// splash and a head of 129³, 100 to 120 bytes per vertex; 240 to 1300 with prediction, 800 to 1200 in
   /// profile main, 900 to 2200 with both. `sizes` may be null.
+  /// When memory runs out (kLimit), the next frame starts a GOP.
   Result<Packet> encode(const Volume& volume, const FrameTiming& timing, PacketSizes* sizes = nullptr);
 
   /// Codes a surface that was decoded before, where its volume is gone. `cells` are Decoder::cells() of it,
