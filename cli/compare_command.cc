@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "command.h"
+#include "decoding.h"
 #include "frame_range.h"
 #include "input.h"
 #include "options.h"
@@ -92,7 +93,7 @@ Status compare(const CompareOptions& options) {
     const std::uint64_t position = next++;
     item.number = input.packets->header(position).number;
     item.isovalue = input.packets->header(position).isovalue;
-    Result<Surface> decoded = player.frame(position);
+    Result<Surface> decoded = player.frame(position, decodeOptions());
     if (!decoded) return named(decoded.status(), options.input);
     item.decoded = *std::move(decoded);
     ISOREEL_ASSIGN(item.volume, volumes->read(volumes->size() == 1 ? 0 : static_cast<std::size_t>(position)));

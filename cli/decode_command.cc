@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "command.h"
+#include "decoding.h"
 #include "frame_range.h"
 #include "gop.h"
 #include "input.h"
@@ -123,7 +124,7 @@ class ChosenFrames {
 
 /// `key`: the packet that the GOP starts with, which knows the octree's depth.
 DecodeOptions codecOptions(const DecodeCommandOptions& options, ByteSpan key) {
-  DecodeOptions result;
+  DecodeOptions result = decodeOptions();
   if (!options.level) return result;
   if (*options.level >= 0) {
     result.level = static_cast<std::uint32_t>(*options.level);

@@ -9,6 +9,7 @@
 #include <fstream>
 
 #include "command.h"
+#include "decoding.h"
 #include "options.h"
 
 namespace isoreel::cli {
@@ -51,7 +52,7 @@ Result<MeshBytes> measureMeshes(const fs::path& file, const fs::path& folder) {
   MeshBytes total;
   const fs::path mesh = folder / "measured.ply";
   for (std::uint64_t i = 0; i < player.frameCount(); ++i) {
-    ISOREEL_ASSIGN(const Surface surface, player.frame(i));
+    ISOREEL_ASSIGN(const Surface surface, player.frame(i, decodeOptions()));
     ISOREEL_TRY(io::writeMesh(surface, mesh));
     std::ifstream in(mesh, std::ios::binary);
     const std::string bytes((std::istreambuf_iterator<char>(in)), {});

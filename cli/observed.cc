@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "observed.h"
+#include "decoding.h"
 
 #include <fmt/format.h>
 #include <isoreel/codec/decoder.h>
@@ -30,7 +31,7 @@ Result<Surface> surfaceOf(Reader& reader, Decoder& decoder, std::uint64_t entry)
   ISOREEL_ASSIGN(const Bytes packet, reader.entryPacket(entry));
   if (!hasAllItNeeds(reader, entry))
     return {ErrorCode::kNotFound, "a packet that it needs is not there (spec container 4.3)"};
-  return decoder.decode(packet);
+  return decoder.decode(packet, decodeOptions());
 }
 
 Json frameOf(Reader& reader, Decoder& decoder, std::uint64_t entry) {

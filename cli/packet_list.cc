@@ -6,6 +6,7 @@
 
 #include <algorithm>
 
+#include "decoding.h"
 #include "gop.h"
 #include "parallel.h"
 #include "progress.h"
@@ -72,7 +73,7 @@ Status describe(GopItem& item, const std::string& path) {
     json["motion"] = nullptr;
     if (predicts) {
       std::vector<MotionBlock> blocks;
-      DecodeOptions options;
+      DecodeOptions options = decodeOptions();
       options.motion = &blocks;
       const Status status = decoder.decode(packet.data, options).status();
       if (!status.ok()) {

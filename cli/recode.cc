@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "decoding.h"
 #include "parallel.h"
 
 namespace isoreel::cli {
@@ -63,7 +64,7 @@ Result<Recoded> recode(PacketSource& packets, const Cut& cut) {
     const FrameHeader& header = packets.entryHeader(entry);
     const std::string place = fmt::format("frame {}", header.number);
     ISOREEL_ASSIGN(const Bytes data, packets.entryPacket(entry));
-    ISOREEL_ASSIGN(const Surface surface, decoder.decode(data).at(place));
+    ISOREEL_ASSIGN(const Surface surface, decoder.decode(data, decodeOptions()).at(place));
     if (!encoder) {
       ISOREEL_ASSIGN(encoder, encoderLike(data, end - cut.shown));
     }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "decoding.h"
 #include "output.h"
 #include "packet_list.h"
 #include "parallel.h"
@@ -14,8 +15,8 @@
 namespace isoreel::cli {
 namespace {
 
-DecodeOptions decodeOptions(const std::optional<int>& level, const Grid& grid) {
-  DecodeOptions result;
+DecodeOptions optionsOf(const std::optional<int>& level, const Grid& grid) {
+  DecodeOptions result = decodeOptions();
   if (!level) return result;
   const std::int64_t from_root = *level >= 0 ? *level : std::int64_t{octreeDepth(grid)} + *level;
   result.level = static_cast<std::uint32_t>(std::max<std::int64_t>(from_root, 0));
@@ -36,7 +37,7 @@ Result<Scene> Scene::open(const RenderOptions& options) {
     if (input.packets->frameCount() == 0) return {ErrorCode::kNotFound, path + ": holds no frame"};
     Source source{path, std::move(input), nullptr, {}};
     source.player = std::make_unique<Player>(*source.input.packets, 0);  // forward only
-    source.decode = decodeOptions(options.level, source.input.configuration.grid);
+    source.decode = optionsOf(options.level, source.input.configuration.grid);
     scene.sources_.push_back(std::move(source));
   }
   if (options.volumes.paths.empty()) return scene;
@@ -81,7 +82,7 @@ Status Scene::measureMotion(const std::vector<std::uint64_t>& drawn) {
       progress.advance();
       if (source.input.packets->header(position).type == PacketType::kIntra) continue;
       std::vector<MotionBlock> blocks;
-      DecodeOptions options;
+      DecodeOptions options = decodeOptions();
       options.motion = &blocks;
       const Status status = source.player->frame(position, options).status();
       if (!status.ok()) return named(status, source.path);

@@ -9,6 +9,7 @@
 #include <regex>
 
 #include "command.h"
+#include "decoding.h"
 #include "gop.h"
 #include "input.h"
 #include "output.h"
@@ -38,7 +39,7 @@ Status checkFrame(Decoder& decoder, const Packet& packet, const Configuration& t
   if (head.isovalue != header.isovalue) return differs("the isovalue");
   if (head.vertices != header.vertices || head.faces != header.faces) return differs("a count");
   if (head.surface_hash != header.surface_hash) return differs("the surface hash");
-  ISOREEL_ASSIGN(const Surface surface, decoder.decode(packet.data));
+  ISOREEL_ASSIGN(const Surface surface, decoder.decode(packet.data, decodeOptions()));
   if (!(surface.grid == track.grid)) return differs("the track's grid, and so the box,");
   return checkClosed(surface);
 }

@@ -101,6 +101,28 @@ Surface surfaceFromSigns(std::vector<Cell> cells, const Grid& grid, std::uint32_
   return surface;
 }
 
+/// What the surface that surfaceFromSigns() makes of a level's cells takes, with a copy of these.
+std::uint64_t coarseBytes(std::size_t cells) {
+  // Each of four sheets at most has a vertex, and each edge of a cell one quad.
+  constexpr std::size_t kCellBytes =
+      2 * sizeof(Cell) + 4 * (sizeof(Cell) + sizeof(GridPosition)) + 3 * sizeof(Quad);
+  return cells * kCellBytes + CellIndex::bytesFor(cells);
+}
+
+/// What the full surface takes until it is decoded, with all that is made on the way.
+std::uint64_t fullBytes(const PacketHeader& header, std::size_t bricks, const Configuration& configuration) {
+  const std::uint64_t cells = roomFor(header.vertices);
+  std::uint64_t sum = cells * (2 * sizeof(Cell) + sizeof(GridPosition)) + header.faces * sizeof(Quad) +
+                      CellIndex::bytesFor(bricks);
+  if (configuration.profile == Profile::kMain) {
+    sum += HeightFrame::bytesFor(cells, bricks);
+  } else if (header.type == PacketType::kPredicted) {
+    sum += CodedNeighbours::bytesFor(cells);
+  }
+  if ((configuration.tools & kToolPrediction) != 0) sum += cells * sizeof(ReferencePlane);
+  return sum;
+}
+
 Status counts(const char* what, std::size_t found, std::uint32_t stated) {
   return {ErrorCode::kBadData, "packet: " + std::to_string(found) + " " + what + ", where its header says " +
                                    std::to_string(stated) + " (spec codec 3.1)"};
@@ -136,11 +158,42 @@ struct Decoder::State {
   HeightFrame heights;
   CellIndex index;
   SignTreeMemory tree;
-  std::vector<Cell> cells;  // of the surface decoded last
+  std::vector<Cell> cells;  // of the vertices of the surface decoded last
   // What a P packet goes on from: the packet decoded last, when it was decoded whole.
   std::optional<Configuration> configuration;
   std::uint64_t last = 0;
   Reference reference;
+
+  /// OK when `needed` bytes more than what a P packet goes on from can be had within `most`. Frees what is
+  /// kept only for its room when that is in the way.
+  Status makeRoom(std::uint64_t needed, std::uint64_t most) {
+    const std::uint64_t all = needed + reference.bytes() + models.blocks.bytes();
+    if (all > most) {
+      return {ErrorCode::kLimit, "packet: takes " + std::to_string(all) +
+                                     " bytes of memory to decode, above the limit of " +
+                                     std::to_string(most)};
+    }
+    if (keptBytes() > most - all) dropKept();
+    return {};
+  }
+  /// The same for the distance field of the reference, which is built.
+  Status makeField(std::uint64_t most) {
+    if (keptBytes() <= most && reference.buildField(most - keptBytes())) return {};
+    dropKept();
+    if (reference.buildField(most)) return {};
+    return {ErrorCode::kLimit,
+            "packet: the distance field of the surface before it takes more memory than "
+            "the limit of " +
+                std::to_string(most) + " bytes"};
+  }
+  Result<Surface> decode(ByteSpan packet, const DecodeOptions& options);
+  std::uint64_t keptBytes() const { return heights.bytes() + index.bytes() + tree.bytes() + bytesOf(cells); }
+  void dropKept() {
+    heights = {};
+    index = {};
+    tree = {};
+    cells = {};
+  }
 
   /// The configuration that the packet is decoded with. OK for a P packet only right after its reference.
   Status begin(const PacketHeader& header) {
@@ -184,7 +237,16 @@ std::uint64_t Decoder::bytes() const { return bytes(0) + state_->reference.bytes
 
 Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
   if (options.motion != nullptr) options.motion->clear();
-  state_->cells.clear();
+  try {
+    return state_->decode(packet, options);
+  } catch (const std::bad_alloc&) {
+    state_->configuration.reset();
+    return {ErrorCode::kLimit, "packet: takes more memory to decode than there is"};
+  }
+}
+
+Result<Surface> Decoder::State::decode(ByteSpan packet, const DecodeOptions& options) {
+  cells.clear();
   ISOREEL_ASSIGN(const Payload payload, Payload::open(packet, options));
   const PacketHeader& header = payload.header();
   if (header.vertices > options.max_vertices) {
@@ -197,98 +259,117 @@ Result<Surface> Decoder::decode(ByteSpan packet, const DecodeOptions& options) {
                                      " vertices cannot come from " + std::to_string(payload.wholeSize()) +
                                      " bytes (spec codec 6.1)"};
   }
-  State& state = *state_;
-  ISOREEL_TRY(state.begin(header));
-  const Configuration configuration = *state.configuration;
-  state.configuration.reset();  // until this packet is decoded whole, nothing can go on from it
+  ISOREEL_TRY(begin(header));
+  const Configuration with = *configuration;
+  configuration.reset();  // until this packet is decoded whole, nothing can go on from it
 
-  const Grid& grid = configuration.grid;
-  state.tree.cells = std::move(state.cells);
-  SignTree<RangeGet, UnknownTruth> tree(grid, {}, header.vertices, state.models.signs, std::move(state.tree));
-  const std::uint32_t depth = tree.depth();
+  const Grid& grid = with.grid;
+  tree.cells = std::move(cells);
+  SignTree<RangeGet, UnknownTruth> signs_of(grid, {}, header.vertices, models.signs, std::move(tree));
+  const std::uint32_t depth = signs_of.depth();
   const std::uint32_t wanted = std::min(options.level.value_or(depth), depth);
   // Where P packets may follow, the rest is decoded too: they go on from it.
-  const bool sheets = (configuration.tools & kToolSheets) != 0;
-  const bool goes_on = (configuration.tools & kToolPrediction) != 0 && !options.allow_prefix;
+  const bool sheets = (with.tools & kToolSheets) != 0;
+  const bool goes_on = (with.tools & kToolPrediction) != 0 && !options.allow_prefix;
   const bool predicted = header.type == PacketType::kPredicted;
-  const ReferenceField& field = state.reference.field();
+  const ReferenceField& field = reference.field();
   PredictedPart part;
   std::optional<ByteSpan> motion_bytes = ByteSpan{};
   if (predicted) {
     motion_bytes = payload.section(SectionKind::kMotion, 0);
     if (motion_bytes) {
-      ISOREEL_TRY(part.open(*motion_bytes, depth, configuration.profile));
-      state.reference.buildField();
+      ISOREEL_TRY(part.open(*motion_bytes, depth, with.profile));
+      ISOREEL_TRY(makeField(options.max_bytes));
     }
   }
   // Finer levels need the motion; they stand behind it.
   const std::uint32_t most = motion_bytes ? depth : payload.lastLevelBeforeMotion();
-  MovedSigns moved(field, part.motion(), state.models.moved_signs);
+  MovedSigns moved(field, part.motion(), models.moved_signs);
   std::optional<Surface> coarse;
+  // Whether there is room for so much more.
+  const auto room = [&](std::uint64_t bytes) {
+    if (coarse) bytes += bytesOf(coarse->vertices) + bytesOf(coarse->quads);
+    return makeRoom(signs_of.bytes() + PredictedPart::bytesFor(part.motion().blocks().size()) + bytes,
+                    options.max_bytes);
+  };
   for (std::uint32_t level = 0; level <= (goes_on ? depth : wanted); ++level) {
-    if (level == 0 || !tree.cells().empty()) {
+    if (level == 0 || !signs_of.cells().empty()) {
       const auto sign_bytes = payload.section(SectionKind::kSigns, level),
                  leaf_bytes = payload.section(SectionKind::kLeaves, level);
       if (!sign_bytes || !leaf_bytes || level > most) {
         if (level == 0)
           return {ErrorCode::kTruncated, "packet: cut before its first level is whole (spec codec 3.2)"};
-        return surfaceFromSigns(tree.takeCells(), grid, depth - level + 1, sheets);
+        ISOREEL_TRY(room(coarseBytes(signs_of.cells().size())));
+        return surfaceFromSigns(signs_of.takeCells(), grid, depth - level + 1, sheets);
       }
+      if (level > 0) ISOREEL_TRY(room(signs_of.bytesOfNextLevel()));
       RangeGet signs(*sign_bytes), leaves(*leaf_bytes);
       if (level == 0) {
-        ISOREEL_TRY(tree.codeRoot(signs, leaves));
+        ISOREEL_TRY(signs_of.codeRoot(signs, leaves));
       } else if (predicted && motion_bytes && level > part.blockLevel()) {
         moved.start(depth - level);
-        ISOREEL_TRY(tree.codeLevel(level, signs, leaves, moved));
+        ISOREEL_TRY(signs_of.codeLevel(level, signs, leaves, moved));
       } else {
-        ISOREEL_TRY(tree.codeLevel(level, signs, leaves));
+        ISOREEL_TRY(signs_of.codeLevel(level, signs, leaves));
       }
       if (!signs.finished()) return leftOver("corner signs", level);
       if (!leaves.finished()) return leftOver("leaf bits", level);
-      if (level == wanted && level < depth)
-        coarse = surfaceFromSigns(tree.cells(), grid, depth - level, sheets);
+      if (level == wanted && level < depth) {
+        ISOREEL_TRY(room(coarseBytes(signs_of.cells().size())));
+        coarse = surfaceFromSigns(signs_of.cells(), grid, depth - level, sheets);
+      }
     }
-    if (predicted && motion_bytes && level == part.blockLevel())
-      ISOREEL_TRY(part.decodeMotion(tree.cells(), state.models, configuration.profile));
+    if (predicted && motion_bytes && level == part.blockLevel()) {
+      ISOREEL_TRY(room(PredictedPart::bytesFor(signs_of.cells().size())));
+      ISOREEL_TRY(part.decodeMotion(signs_of.cells(), models, with.profile));
+    }
   }
   if (coarse && !goes_on) return *std::move(coarse);
   const auto vertex_bytes = payload.section(SectionKind::kVertices, 0);
-  if (!motion_bytes || !vertex_bytes) return surfaceFromSigns(tree.takeCells(), grid, 0, sheets);
-
-  std::vector<Cell> cells = tree.takeCells();  // of the deepest level: all active
-  state.tree = tree.takeMemory();
-  state.index.build(cells);
-  if (sheets) cells = splitSheets(std::move(cells), state.index);
-  if (cells.size() != header.vertices) return counts("vertices", cells.size(), header.vertices);
+  if (!motion_bytes || !vertex_bytes) {
+    ISOREEL_TRY(room(coarseBytes(signs_of.cells().size())));
+    return surfaceFromSigns(signs_of.takeCells(), grid, 0, sheets);
+  }
+  // Deepest cells are active; they have a vertex each, or one for each of their sheets.
+  const auto differs = [&](std::size_t vertices) { return counts("vertices", vertices, header.vertices); };
+  const std::size_t found = signs_of.cells().size();
+  if (sheets ? found > header.vertices : found != header.vertices) return differs(found);
+  if (header.faces > 3 * found) return counts("quads", quadCount(signs_of.cells()), header.faces);
+  const std::size_t bricks = signs_of.bricks();
+  std::vector<Cell> active = signs_of.takeCells();
+  tree = signs_of.takeMemory();
+  ISOREEL_TRY(room(fullBytes(header, bricks, with) + bytesOf(active)));
+  index.build(active, bricks);
+  if (sheets) active = splitSheets(std::move(active), index, header.vertices);
+  if (active.size() != header.vertices) return differs(active.size());
   const ResidualSteps steps{static_cast<std::int32_t>(header.step),
                             static_cast<std::int32_t>(header.tangential_step)};
   Surface surface;
   surface.grid = grid;
-  surface.vertices.resize(cells.size());
-  if (configuration.profile == Profile::kMain) {
-    state.heights.build(cells, state.index, grid);
-    if (predicted) part.moveHeights(cells, field, state.heights);
-    ISOREEL_TRY(decodeHeights(*vertex_bytes, cells, steps.normal, configuration.tools, state.models.heights,
-                              state.heights, surface.vertices));
+  surface.vertices.resize(active.size());
+  if (with.profile == Profile::kMain) {
+    heights.build(active, index, grid);
+    if (predicted) part.moveHeights(active, field, heights);
+    ISOREEL_TRY(decodeHeights(*vertex_bytes, active, steps.normal, with.tools, models.heights, heights,
+                              surface.vertices));
   } else if (predicted) {
-    ISOREEL_TRY(
-        part.decodeVertices(*vertex_bytes, cells, state.index, field, steps, state.models, surface.vertices));
+    ISOREEL_TRY(part.decodeVertices(*vertex_bytes, active, index, field, steps, models, surface.vertices));
   } else {
-    ISOREEL_TRY(decodeIntraVertices(*vertex_bytes, cells, steps, state.models.vertices, surface.vertices));
+    ISOREEL_TRY(decodeIntraVertices(*vertex_bytes, active, steps, models.vertices, surface.vertices));
   }
-  if (predicted && options.motion != nullptr) *options.motion = part.blocks(cells, field);
-  toGridPositions(cells, surface.vertices);
-  surface.quads = dualQuads(cells, state.index);
-  if (surface.quads.size() != header.faces) return counts("quads", surface.quads.size(), header.faces);
+  if (predicted && options.motion != nullptr) *options.motion = part.blocks(active, field);
+  toGridPositions(active, surface.vertices);
+  surface.quads = dualQuads(active, index, std::size_t{header.faces} + 1);
+  if (surface.quads.size() != header.faces) return counts("quads", quadCount(active), header.faces);
   if (surfaceHash(surface) != header.surface_hash) {
     return {ErrorCode::kBadData, "packet: the decoded surface does not match its hash (spec codec 7)"};
   }
-  if ((configuration.tools & kToolPrediction) != 0) {
-    state.reference.setPlanes(surface, cells);
-    state.last = header.number;
-    state.configuration = configuration;
+  if ((with.tools & kToolPrediction) != 0) {
+    reference.setPlanes(surface, active);
+    last = header.number;
+    configuration = with;
   }
-  state.cells = std::move(cells);
+  cells = std::move(active);
   return coarse ? *std::move(coarse) : std::move(surface);
 }
 

@@ -22,6 +22,10 @@ class PredictedPart {
   /// Decodes the vectors; `blocks`: the cells of that level.
   Status decodeMotion(std::span<const Cell> blocks, PacketModels& models, Profile profile);
   const MotionField& motion() const { return motion_; }
+  /// Memory of so many blocks, with a copy for the next packet and one for DecodeOptions::motion.
+  static std::uint64_t bytesFor(std::size_t blocks) {
+    return 2 * MotionField::bytesFor(blocks) + blocks * sizeof(MotionBlock);
+  }
 
   /// Decodes the vertices of the active cells, in their cells.
   Status decodeVertices(ByteSpan bytes, std::span<const Cell> cells, const CellIndex& index,

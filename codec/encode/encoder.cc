@@ -2,6 +2,7 @@
 #include <isoreel/codec/encoder.h>
 
 #include <cmath>
+#include <new>
 #include <optional>
 
 #include "encode/facts.h"
@@ -71,6 +72,20 @@ struct Encoder::State {
   double intra_rate = 0;  // bytes a vertex of the frame that was coded by itself last
   HeightFrame heights;
 
+  /// What `code` gives, or that there is no memory for it; then the next frame starts a GOP.
+  template <class Code>
+  Result<Packet> guarded(const FrameTiming& timing, Code code) {
+    try {
+      return code();
+    } catch (const std::bad_alloc&) {
+      last.reset();
+      return {ErrorCode::kLimit,
+              "frame " + std::to_string(timing.number) + ": takes more memory to encode than there is"};
+    }
+  }
+  Result<Packet> encode(const Volume& volume, const FrameTiming& timing, PacketSizes* sizes);
+  Result<Packet> encodeAgain(const Surface& surface, std::span<const Cell> cells, bool filled,
+                             const FrameTiming& timing, PacketSizes* sizes);
   /// The vertices' cells: the active ones, or their sheets.
   std::vector<Cell> verticesOf(std::span<const Cell> active) const {
     std::vector<Cell> cells(active.begin(), active.end());
@@ -119,7 +134,15 @@ Result<Encoder> Encoder::create(EncoderSettings settings) {
 const Bytes& Encoder::configurationRecord() const { return state_->record; }
 
 Result<Packet> Encoder::encode(const Volume& volume, const FrameTiming& timing, PacketSizes* sizes) {
-  const EncoderSettings& settings = state_->settings;
+  return state_->guarded(timing, [&] { return state_->encode(volume, timing, sizes); });
+}
+
+Result<Packet> Encoder::encodeAgain(const Surface& surface, std::span<const Cell> cells, bool filled,
+                                    const FrameTiming& timing, PacketSizes* sizes) {
+  return state_->guarded(timing, [&] { return state_->encodeAgain(surface, cells, filled, timing, sizes); });
+}
+
+Result<Packet> Encoder::State::encode(const Volume& volume, const FrameTiming& timing, PacketSizes* sizes) {
   const Grid& grid = settings.configuration.grid;
   if (volume.grid.nodes != grid.nodes) {
     return {ErrorCode::kInvalidArgument,
@@ -134,16 +157,16 @@ Result<Packet> Encoder::encode(const Volume& volume, const FrameTiming& timing, 
   ISOREEL_ASSIGN(const SignBitmap bitmap,
                  SignBitmap::make(volume, timing.isovalue, settings.configuration.inside, settings.non_finite,
                                   settings.parallel));
-  const std::vector<Cell> active = bitmap.activeCells(settings.parallel), cells = state_->verticesOf(active);
+  const std::vector<Cell> active = bitmap.activeCells(settings.parallel), cells = verticesOf(active);
   if (cells.size() > 0xFFFFFFFFu / 4)
     return {ErrorCode::kLimit, "the surface has more than 2^30 vertices (spec codec 3.1)"};
   const auto vertices = placeVertices(volume, timing.isovalue, cells, settings.placement, settings.parallel);
-  return state_->code(&volume, bitmap, active, cells, vertices, timing, sizes);
+  return code(&volume, bitmap, active, cells, vertices, timing, sizes);
 }
 
-Result<Packet> Encoder::encodeAgain(const Surface& surface, std::span<const Cell> cells, bool filled,
-                                    const FrameTiming& timing, PacketSizes* sizes) {
-  const Grid& grid = state_->settings.configuration.grid;
+Result<Packet> Encoder::State::encodeAgain(const Surface& surface, std::span<const Cell> cells, bool filled,
+                                           const FrameTiming& timing, PacketSizes* sizes) {
+  const Grid& grid = settings.configuration.grid;
   if (surface.grid.nodes != grid.nodes || cells.size() != surface.vertices.size()) {
     return {ErrorCode::kInvalidArgument, "frame " + std::to_string(timing.number) +
                                              ": its grid or its cells are not those of the surface"};
@@ -161,15 +184,15 @@ Result<Packet> Encoder::encodeAgain(const Surface& surface, std::span<const Cell
     }
   }
   const std::vector<Cell> active = uniteSheets(cells);
-  const std::vector<Cell> ours = state_->verticesOf(active);
+  const std::vector<Cell> ours = verticesOf(active);
   if (!std::equal(ours.begin(), ours.end(), cells.begin(), cells.end(),
                   [](const Cell& a, const Cell& b) { return sameCell(a, b) && a.corners == b.corners; })) {
     return {ErrorCode::kInvalidArgument,
             "frame " + std::to_string(timing.number) +
                 ": its vertices are not those of the cells, or of their sheets (spec codec 5.5)"};
   }
-  ISOREEL_ASSIGN(Packet packet, state_->code(nullptr, SignBitmap::fromCells(grid.nodes, active, filled),
-                                             active, cells, vertices, timing, sizes));
+  ISOREEL_ASSIGN(Packet packet, code(nullptr, SignBitmap::fromCells(grid.nodes, active, filled), active,
+                                     cells, vertices, timing, sizes));
   packet.header.error_kind = ErrorKind::kNone;  // what the surface was made from is not known here
   packet.header.error_rms = packet.header.error_max = 0;
   return packet;

@@ -26,6 +26,8 @@ class CodedNeighbours {
   CodedNeighbours(const CellIndex& index, std::span<const std::array<std::int32_t, 3>> vertices)
       : index_(index), vertices_(vertices), errors_(vertices.size()) {}
 
+  static std::uint64_t bytesFor(std::size_t cells) { return cells * sizeof(std::int32_t); }
+
   /// The vertex of cell i has no prediction.
   void skip(std::uint32_t i) { errors_[i] = kNone; }
   /// Its normal component less the moved surface's.

@@ -5,7 +5,7 @@ namespace isoreel {
 void MotionField::build(std::span<const Cell> level, std::uint32_t block_log2, std::uint32_t vector_step) {
   block_log2_ = block_log2;
   vector_step_ = vector_step;
-  blocks_.clear();
+  clearFor(blocks_, level.size());
   for (const Cell& cell : level) blocks_.push_back({cell.x, cell.y, cell.z, 0, 0, false, {}});
   index_.build(level);
 }

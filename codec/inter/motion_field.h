@@ -44,6 +44,11 @@ class MotionField {
   /// Makes a block that stands still of each cell of the level whose cells have 2^block_log2 grid cells a
   /// side (or of the root, when that is smaller). `vector_step`: 1/16384 of a cell.
   void build(std::span<const Cell> level, std::uint32_t block_log2, std::uint32_t vector_step);
+  /// Memory beyond the object itself, and what build() takes.
+  std::uint64_t bytes() const { return bytesOf(blocks_) + index_.bytes(); }
+  static std::uint64_t bytesFor(std::size_t blocks) {
+    return blocks * sizeof(Block) + CellIndex::bytesFor(blocks);
+  }
   /// Gives each block its active cells; those are in Morton order, and all lie in blocks.
   void assign(std::span<const Cell> active);
   std::uint32_t blockLog2() const { return block_log2_; }

@@ -33,7 +33,7 @@ std::array<std::int32_t, 3> unitNormal(const std::array<std::int32_t, 3>& sum, c
 }  // namespace
 
 void Reference::setPlanes(const Surface& surface, std::span<const Cell> cells) {
-  planes_.resize(surface.vertices.size());
+  setSize(planes_, surface.vertices.size());
   for (std::size_t i = 0; i < planes_.size(); ++i) planes_[i] = {surface.vertices[i], {}};
   for (const Quad& quad : surface.quads) {
     std::array<std::int32_t, 3> a{}, b{};
@@ -50,7 +50,7 @@ void Reference::setPlanes(const Surface& surface, std::span<const Cell> cells) {
   for (std::size_t i = 0; i < planes_.size(); ++i) {
     planes_[i].normal = unitNormal(planes_[i].normal, kLocalFrames[cells[i].corners]);
   }
-  field_.build({});
+  field_.clear();
 }
 
 }  // namespace isoreel

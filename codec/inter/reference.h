@@ -22,12 +22,17 @@ class Reference {
   /// The same in two steps, since nothing may ever be predicted from a surface: until buildField() the field
   /// is empty.
   void setPlanes(const Surface& surface, std::span<const Cell> cells);
-  void buildField() { field_.build(planes_); }
+  void buildField() { static_cast<void>(field_.build(planes_)); }
+  /// False, and no field, when reference and field would take more than `most` bytes.
+  bool buildField(std::uint64_t most) {
+    const std::uint64_t planes = bytesOf(planes_);
+    return planes <= most && field_.build(planes_, most - planes);
+  }
 
   const std::vector<ReferencePlane>& planes() const { return planes_; }
   const ReferenceField& field() const { return field_; }
   /// Memory beyond the object itself.
-  std::uint64_t bytes() const { return planes_.capacity() * sizeof(ReferencePlane) + field_.bytes(); }
+  std::uint64_t bytes() const { return bytesOf(planes_) + field_.bytes(); }
 
  private:
   std::vector<ReferencePlane> planes_;

@@ -6,6 +6,8 @@
 #include <cstring>
 #include <utility>
 
+#include "lattice/bits.h"
+
 namespace isoreel {
 namespace {
 
@@ -57,13 +59,51 @@ constexpr std::uint32_t kItself = 1u << 13;  // of Source::reaches
 
 }  // namespace
 
-void ReferenceField::build(std::span<const ReferencePlane> planes) {
+void ReferenceField::clear() {
   map_.clear();
   places_.clear();
   sources_.clear();
-  last_.fill({});
-  for (const ReferencePlane& plane : planes) add(plane);
   links_.clear();
+  first_links_.clear();
+  bricks_.clear();
+  last_.fill({});
+}
+
+bool ReferenceField::build(std::span<const ReferencePlane> planes, std::uint64_t most) {
+  clear();
+  bool fits = true;
+  for (std::size_t i = 0; i < planes.size() && fits; ++i) fits = add(planes[i], most);
+  if (!fits || !link(most)) {
+    *this = {};
+    return false;
+  }
+  for (std::uint32_t i = 0; i < bricks_.size(); ++i) gather(i);
+  return true;
+}
+
+bool ReferenceField::addSource(Place brick, std::uint64_t most) {
+  if (sources_.size() == sources_.capacity()) {
+    const std::size_t next = sources_.size() + sources_.size() / 2 + 16;
+    if (bytes() + 3 * next * sizeof(Place) + next * sizeof(Source) + 2 * BrickMap::bytesFor(next) > most)
+      return false;
+    sources_.reserve(next);
+  }
+  places_.push_back(brick);
+  sources_.emplace_back().nodes.fill(kNothing);
+  sources_.back().reaches = 0;
+  return true;
+}
+
+// Which sources have nodes of which bricks, and room for these.
+bool ReferenceField::link(std::uint64_t most) {
+  std::size_t links = 0;
+  for (const Source& source : sources_) links += countBits(source.reaches & ~kItself);
+  const std::size_t places = sources_.size() + links;  // if each link goes to a brick of its own
+  if (bytes() + links * sizeof(Link) + 3 * places * (sizeof(Place) + sizeof(std::uint32_t)) +
+          2 * BrickMap::bytesFor(places) >
+      most)
+    return false;
+  clearFor(links_, links);
   first_links_.assign(sources_.size(), kNone);
   for (std::uint32_t i = 0; i < sources_.size(); ++i) {
     const Place from = places_[i];
@@ -80,14 +120,16 @@ void ReferenceField::build(std::span<const ReferencePlane> planes) {
       first_links_[number] = static_cast<std::uint32_t>(links_.size() - 1);
     }
   }
-  bricks_.resize(places_.size());
-  for (std::uint32_t i = 0; i < bricks_.size(); ++i) gather(i);
+  if (bytes() + (bricks_.capacity() < places_.size() ? roomFor(places_.size()) * sizeof(Brick) : 0) > most)
+    return false;
+  setSize(bricks_, places_.size());
+  return true;
 }
 
 // Nodes go in rows of four: those at -1, 0 and 1 from the vertex's own, and one that never wins. A node's
 // number is that of the own node, and for each step along an axis what that adds: half the derivative of the
 // square twice, the normal, and the square of the step.
-void ReferenceField::add(const ReferencePlane& plane) {
+bool ReferenceField::add(const ReferencePlane& plane, std::uint64_t most) {
   std::array<std::int32_t, 3> own{}, inside{};  // the nearest node, in the grid and in its brick
   std::array<std::int32_t, 3> step{};
   constexpr std::int32_t kUnit = kCell >> 8, kStepSquare = kUnit * kUnit * 65536;
@@ -107,11 +149,7 @@ void ReferenceField::add(const ReferencePlane& plane) {
   if (((own[0] ^ last.brick.x) | (own[1] ^ last.brick.y) | (own[2] ^ last.brick.z)) != 0) {
     last.brick = {own[0], own[1], own[2]};
     last.number = map_.findOrAdd(own[0], own[1], own[2]);
-    if (last.number == sources_.size()) {
-      places_.push_back(last.brick);
-      sources_.emplace_back().nodes.fill(kNothing);
-      sources_.back().reaches = 0;
-    }
+    if (last.number == sources_.size() && !addSource(last.brick, most)) return false;
   }
   Source& source = sources_[last.number];
   source.reaches |= kReaches[near];
@@ -128,6 +166,7 @@ void ReferenceField::add(const ReferencePlane& plane) {
   put_plane(at, plane_of_nodes - on_z + square);
   put_plane(at + Source::kPlane, plane_of_nodes);
   put_plane(at + 2 * Source::kPlane, plane_of_nodes + on_z + square);
+  return true;
 }
 
 // From the source at an offset of bricks, numbered as in Source::reaches, to the nodes of a brick.

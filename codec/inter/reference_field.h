@@ -11,6 +11,7 @@
 
 #include "inter/corner_values.h"
 #include "lattice/brick_map.h"
+#include "lattice/set_size.h"
 
 namespace isoreel {
 
@@ -25,13 +26,17 @@ struct ReferencePlane {
 /// follows the surface.
 class ReferenceField {
  public:
-  /// Positions not below 0, in any order; the fewer bricks between neighbours in it, the faster.
-  void build(std::span<const ReferencePlane> planes);
+  /// Positions not below 0, in any order; the fewer bricks between neighbours in it, the faster. False, and
+  /// an empty field, when it would take more than `most` bytes: small pieces of a surface, each in bricks of
+  /// its own, take up to 10 kilobytes a vertex.
+  bool build(std::span<const ReferencePlane> planes,
+             std::uint64_t most = std::numeric_limits<std::uint64_t>::max());
+  /// Keeps its memory.
+  void clear();
   /// Memory beyond the object itself.
   std::uint64_t bytes() const {
-    return map_.bytes() + bricks_.capacity() * sizeof(Brick) + sources_.capacity() * sizeof(Source) +
-           places_.capacity() * sizeof(Place) + links_.capacity() * sizeof(Link) +
-           first_links_.capacity() * sizeof(std::uint32_t);
+    return map_.bytes() + bytesOf(bricks_) + bytesOf(sources_) + bytesOf(places_) + bytesOf(links_) +
+           bytesOf(first_links_);
   }
 
  private:
@@ -66,7 +71,9 @@ class ReferenceField {
   };
   static constexpr std::int32_t kWide = kSide + 4;  // a row of a brick's nodes while they are gathered
 
-  void add(const ReferencePlane& plane);
+  bool addSource(Place brick, std::uint64_t most);
+  bool add(const ReferencePlane& plane, std::uint64_t most);
+  bool link(std::uint64_t most);
   void gather(std::uint32_t number);
   template <std::size_t Offset>
   static void merge(const std::int32_t* source, std::int32_t* nodes);

@@ -72,7 +72,8 @@ inline void moveHeights(const ReferenceField& field, const MotionField& motion, 
                         HeightFrame& heights) {
   ReferenceField::Cursor cursor(field);
   CellMotion vectors(motion);
-  heights.moved.assign(cells.size(), {});
+  clearFor(heights.moved, cells.size());
+  heights.moved.resize(cells.size());
   for (std::uint32_t i = 0; i < cells.size(); ++i) {
     if (const auto vector = vectors.at(i, cells[i]))
       heights.moved[i] =

@@ -31,9 +31,17 @@ struct HeightFrame {
     around.build(cells, index);
     predicted.build(cells, around, grid.nodes);
     moved.clear();
-    heights.resize(cells.size());
-    parts.resize(cells.size() + 1);
+    setSize(heights, cells.size());
+    setSize(parts, cells.size() + 1);
     parts[0] = 0;
+  }
+  /// Memory beyond the object itself, and the most that it takes for a frame.
+  std::uint64_t bytes() const {
+    return around.bytes() + predicted.bytes() + bytesOf(moved) + bytesOf(heights) + bytesOf(parts);
+  }
+  static std::uint64_t bytesFor(std::size_t cells, std::size_t bricks) {
+    return Surroundings::bytesFor(cells, bricks) + SignPrediction::bytesFor(cells) +
+           cells * (sizeof(MovedHeight) + sizeof(std::int16_t)) + roomFor(cells + 1) * sizeof(std::uint64_t);
   }
 };
 

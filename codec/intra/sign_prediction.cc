@@ -72,13 +72,17 @@ Lanes normalOf(std::uint64_t signs, std::uint8_t corners) {
 
 }  // namespace
 
+std::uint64_t SignPrediction::bytes() const {
+  return bytesOf(points) + bytesOf(normals) + bytesOf(inputs) + bytesOf(other_) + bytesOf(at_border_);
+}
+
 void SignPrediction::build(std::span<const Cell> cells, const Surroundings& around,
                            const std::array<std::uint32_t, 3>& nodes) {
   const std::size_t count = cells.size();
-  points.resize(count);
-  normals.resize(count);
-  inputs.resize(count);
-  other_.resize(count);
+  setSize(points, count);
+  setSize(normals, count);
+  setSize(inputs, count);
+  setSize(other_, count);
   at_border_.clear();
   for (std::size_t i = 0; i < count; ++i) {
     const Cell& cell = cells[i];

@@ -24,6 +24,12 @@ struct SignPrediction {
   /// `nodes`: of the grid. Keeps its memory from call to call.
   void build(std::span<const Cell> cells, const Surroundings& around,
              const std::array<std::uint32_t, 3>& nodes);
+  /// Memory beyond the object itself, and the most that build() takes: of the list of cells at the border,
+  /// which doubles as it grows, the old and the new one are there at once.
+  std::uint64_t bytes() const;
+  static std::uint64_t bytesFor(std::size_t cells) {
+    return cells * (3 * sizeof(Lanes) + sizeof(SignInputs) + 3 * sizeof(std::uint32_t));
+  }
 
  private:
   std::vector<Lanes> other_;

@@ -9,6 +9,7 @@
 
 #include <bit>
 #include <span>
+#include <utility>
 
 #include "intra/cell_contexts.h"
 #include "lattice/cell_block.h"
@@ -49,6 +50,8 @@ struct SignTreeMemory {
   std::vector<Cell> cells, children;
   CellIndex index;
   std::vector<SignBlock> blocks;
+
+  std::uint64_t bytes() const { return bytesOf(cells) + bytesOf(children) + bytesOf(blocks) + index.bytes(); }
 };
 
 /// The tree while it is coded. Truth answers for the encoder, asked in Morton order within a level:
@@ -76,6 +79,18 @@ class SignTree {
   /// active.
   const std::vector<Cell>& cells() const { return cells_; }
   std::vector<Cell> takeCells() { return std::move(cells_); }
+  /// At most so many bricks of 4×4×4 are they in: the cells two levels above.
+  std::size_t bricks() const { return bricks_; }
+  /// Memory beyond the object itself, and how much more codeLevel() takes at most.
+  std::uint64_t bytes() const {
+    return bytesOf(cells_) + bytesOf(children_) + bytesOf(blocks_) + index_.bytes();
+  }
+  std::uint64_t bytesOfNextLevel() const {
+    const auto more = [](std::uint64_t needed, std::uint64_t had) { return std::max(needed, had) - had; };
+    return more(CellIndex::bytesFor(bricks_), index_.bytes()) +
+           more(bricks_ * sizeof(SignBlock), bytesOf(blocks_)) +
+           more(std::min(max_cells_, 8 * cells_.size()) * sizeof(Cell), bytesOf(children_));
+  }
   /// Afterwards the tree is of no more use.
   SignTreeMemory takeMemory() {
     return {std::move(cells_), std::move(children_), std::move(index_), std::move(blocks_)};
@@ -113,9 +128,8 @@ class SignTree {
   template <class Moved>
   Status codeLevel(std::uint32_t level, Coder& signs, Coder& leaves, Moved& moved) {
     const LevelLattice parents(grid_, level - 1), lattice(grid_, level);
-    index_.build(cells_);
-    children_.clear();
-    children_.reserve(std::min(max_cells_, 8 * cells_.size()));
+    index_.build(cells_, bricks_);
+    clearFor(children_, std::min(max_cells_, 8 * cells_.size()));
     seed(lattice);
     const bool deepest = level == depth_;
     for (std::uint32_t number = 0; number < blocks_.size(); ++number) {
@@ -137,6 +151,7 @@ class SignTree {
       }
     }
     cells_.swap(children_);
+    bricks_ = std::exchange(parents_, children_.size());
     return {};
   }
 
@@ -148,7 +163,8 @@ class SignTree {
 
   // Brings the signs of the parents' corners into their bricks' blocks.
   void seed(const LevelLattice& lattice) {
-    blocks_.assign(index_.bricks().size(), SignBlock{});
+    clearFor(blocks_, index_.bricks().size());
+    blocks_.resize(index_.bricks().size());
     for (std::size_t number = 0; number < blocks_.size(); ++number) {
       const CellIndex::Brick& brick = index_.bricks()[number];
       for (std::uint32_t i = brick.first; i < brick.first + brick.count; ++i) {
@@ -295,11 +311,11 @@ class SignTree {
         count += kept >> c & 1;
       }
     }
-    children_.insert(children_.end(), made_.begin(), made_.begin() + static_cast<std::ptrdiff_t>(count));
-    if (children_.size() > max_cells_) {
+    if (count > max_cells_ - children_.size()) {
       return {ErrorCode::kBadData, "more cells at level " + std::to_string(level) + " than the header's " +
                                        std::to_string(max_cells_) + " vertices (spec codec 4.1)"};
     }
+    children_.insert(children_.end(), made_.begin(), made_.begin() + static_cast<std::ptrdiff_t>(count));
     return {};
   }
 
@@ -309,6 +325,7 @@ class SignTree {
   std::size_t max_cells_;
   std::vector<Cell> cells_;
   std::vector<Cell> children_;
+  std::size_t parents_ = 1, bricks_ = 1;  // how many cells the level above has, and that above it
   CellIndex index_;
   std::vector<SignBlock> blocks_;     // one for each brick of index_
   std::array<Neighbour, 28> around_;  // of the brick at hand, itself included

@@ -2,6 +2,8 @@
 // Where the bricks of a sparse lattice are: memory follows the surface, not the grid.
 #pragma once
 
+#include <algorithm>
+#include <bit>
 #include <cstdint>
 #include <vector>
 
@@ -17,6 +19,14 @@ class BrickMap {
     slots_.assign(64, Slot{});
     count_ = 0;
   }
+  /// The same, with room for so many bricks: it takes bytesFor(bricks) and no more.
+  void clear(std::size_t bricks) {
+    const std::size_t slots = slotsFor(bricks);
+    if (slots_.capacity() < slots) slots_ = {};
+    slots_.assign(slots, Slot{});
+    count_ = 0;
+  }
+  static std::uint64_t bytesFor(std::size_t bricks) { return slotsFor(bricks) * sizeof(Slot); }
   std::uint32_t find(std::int32_t x, std::int32_t y, std::int32_t z) const {
     const std::uint64_t key = pack(x, y, z);
     for (std::size_t i = hash(key) & mask();; i = (i + 1) & mask()) {
@@ -38,13 +48,16 @@ class BrickMap {
   }
   std::uint32_t size() const { return count_; }
   /// Memory beyond the object itself.
-  std::uint64_t bytes() const { return slots_.size() * sizeof(Slot); }
+  std::uint64_t bytes() const { return slots_.capacity() * sizeof(Slot); }
 
  private:
   struct Slot {
     std::uint64_t key = 0;  // 0: free
     std::uint32_t value = kNone;
   };
+  static std::size_t slotsFor(std::size_t bricks) {
+    return std::max(std::size_t{64}, std::bit_ceil(2 * bricks + 1));
+  }
   static std::uint64_t pack(std::int32_t x, std::int32_t y, std::int32_t z) {
     return static_cast<std::uint64_t>(x + 2) | static_cast<std::uint64_t>(y + 2) << 20 |
            static_cast<std::uint64_t>(z + 2) << 40;

@@ -21,12 +21,12 @@ constexpr std::uint64_t inMortonOrder(std::uint64_t rows) {
 
 }  // namespace
 
-// The bricks of `count` cells or bricks, and an empty one.
+// The bricks of `count` cells or bricks, at most `most`, and an empty one.
 template <class Cells>
 void CellIndex::group(const Cells& cells, std::size_t count, std::vector<Brick>& bricks,
-                      std::vector<BrickHalo::Own>& owns) {
-  bricks.clear();
-  owns.clear();
+                      std::vector<BrickHalo::Own>& owns, std::size_t most) {
+  clearFor(bricks, most + 1);
+  clearFor(owns, most + 1);
   for (std::size_t i = 0; i < count;) {
     Brick brick;
     brick.first = static_cast<std::uint32_t>(i);
@@ -52,19 +52,20 @@ void CellIndex::group(const Cells& cells, std::size_t count, std::vector<Brick>&
   owns.push_back(BrickHalo::kEmpty);
 }
 
-void CellIndex::build(std::span<const Cell> cells) {
-  group(cells, cells.size(), bricks_, owns_);
-  group(bricks_, bricks_.size() - 1, blocks_, block_owns_);
+void CellIndex::build(std::span<const Cell> cells, std::size_t bricks) {
+  group(cells, cells.size(), bricks_, owns_, bricks);
+  const std::size_t blocks = groupCount(bricks_, bricks_.size() - 1);
+  group(bricks_, bricks_.size() - 1, blocks_, block_owns_, blocks);
   repeats_ = false;
-  map_.clear();
+  map_.clear(blocks);
   for (std::size_t i = 0; i + 1 < blocks_.size(); ++i)
     map_.findOrAdd(blocks_[i].x, blocks_[i].y, blocks_[i].z);
-  around_.resize(bricks_.size() - 1);
+  setSize(around_, bricks_.size() - 1);
   connect();
 }
 
 void CellIndex::repeat(std::span<const Cell> cells) {
-  group(cells, cells.size(), bricks_, owns_);  // the same bricks, in the same order
+  group(cells, cells.size(), bricks_, owns_, bricks_.size() - 1);  // the same bricks, in the same order
   repeats_ = true;
 }
 

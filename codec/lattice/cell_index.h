@@ -14,6 +14,7 @@
 #include "lattice/brick_halo.h"
 #include "lattice/brick_map.h"
 #include "lattice/morton.h"
+#include "lattice/set_size.h"
 
 namespace isoreel {
 
@@ -37,8 +38,14 @@ class CellIndex {
   /// Numbers of the bricks around a brick, by dx + 1 + 3 (dy + 1) + 9 (dz + 1), itself in the middle.
   using Around = std::array<std::uint32_t, 27>;
 
-  /// `cells` in Morton order; not kept.
-  void build(std::span<const Cell> cells);
+  /// `cells` in Morton order; not kept. Takes room for `bricks`, at least as many as they are in.
+  void build(std::span<const Cell> cells, std::size_t bricks);
+  void build(std::span<const Cell> cells) { build(cells, groupCount(cells, cells.size())); }
+  /// The most memory of an index of so many bricks: each may be the only one of its block.
+  static std::uint64_t bytesFor(std::size_t bricks) {
+    return 2 * (bricks + 1) * (sizeof(Brick) + sizeof(BrickHalo::Own)) + roomFor(bricks) * sizeof(Around) +
+           BrickMap::bytesFor(bricks);
+  }
   /// From the list that it is of to one with the same cells, some of them several times.
   void repeat(std::span<const Cell> cells);
   /// Place of the cell in the list, the first if it has several, or kNone. Coordinates from -1 to 65536.
@@ -76,8 +83,8 @@ class CellIndex {
   const BrickHalo::Own* owns() const { return owns_.data(); }
   /// Memory beyond the object itself.
   std::uint64_t bytes() const {
-    return (bricks_.capacity() + blocks_.capacity()) * sizeof(Brick) + around_.capacity() * sizeof(Around) +
-           (owns_.capacity() + block_owns_.capacity()) * sizeof(BrickHalo::Own) + map_.bytes();
+    return bytesOf(bricks_) + bytesOf(blocks_) + bytesOf(around_) + bytesOf(owns_) + bytesOf(block_owns_) +
+           map_.bytes();
   }
   /// Number of the brick at brick coordinates, or kNone.
   std::uint32_t brickAt(std::int32_t x, std::int32_t y, std::int32_t z) const {
@@ -97,8 +104,17 @@ class CellIndex {
     return block.first + countBits(block.mask & (bit - 1));
   }
   template <class Cells>
+  static std::size_t groupCount(const Cells& cells, std::size_t count) {
+    std::size_t groups = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto &cell = cells[i], &before = cells[i == 0 ? 0 : i - 1];
+      groups += i == 0 || ((cell.x ^ before.x) | (cell.y ^ before.y) | (cell.z ^ before.z)) >> 2 != 0;
+    }
+    return groups;
+  }
+  template <class Cells>
   static void group(const Cells& cells, std::size_t count, std::vector<Brick>& bricks,
-                    std::vector<BrickHalo::Own>& owns);
+                    std::vector<BrickHalo::Own>& owns, std::size_t most);
   void connect();
 
   std::vector<Brick> bricks_;  // and an empty one

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "lattice/dual_mesh.h"
 
+#include <algorithm>
+
 #include "lattice/sheets.h"
 
 namespace isoreel {
@@ -45,10 +47,15 @@ void findSheets(std::span<const Cell> cells, std::size_t axis, bool inside, Quad
 
 }  // namespace
 
-std::vector<Quad> dualQuads(std::span<const Cell> cells, const CellIndex& index) {
+std::size_t quadCount(std::span<const Cell> cells) {
+  std::size_t count = 0;
+  for (const Cell& cell : cells) count += countBits(changes(cell) & whole(cell));
+  return count;
+}
+
+std::vector<Quad> dualQuads(std::span<const Cell> cells, const CellIndex& index, std::size_t most) {
   std::vector<Quad> quads;
-  // A closed surface has as many quads as vertices, less two for each piece and more for its handles.
-  quads.reserve(cells.size() + cells.size() / 64 + 64);
+  quads.reserve(most);
   BrickHalo places;
   std::array<Quad, std::size_t{3} * 64> made;
   struct Edge {
@@ -73,6 +80,7 @@ std::vector<Quad> dualQuads(std::span<const Cell> cells, const CellIndex& index)
         count += axes >> axis & 1;
       }
     }
+    count = std::min(count, most - quads.size());
     for (std::size_t k = 0; k < count; ++k) {
       const std::size_t slot = edges[k].slot;
       const auto& back = kBack[edges[k].back];

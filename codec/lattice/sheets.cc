@@ -218,12 +218,13 @@ int differences(const Cell& a, const Cell& b) {
 
 }  // namespace
 
-std::vector<Cell> splitSheets(std::vector<Cell> cells, CellIndex& index) {
+std::vector<Cell> splitSheets(std::vector<Cell> cells, CellIndex& index, std::size_t most) {
   static const Tables tables = makeTables();
   std::vector<Cell> result;
   std::size_t done = 0;
   const auto append = [&](std::size_t end) {
-    if (result.empty()) result.reserve(cells.size() + cells.size() / 64 + 64);
+    if (result.empty()) result.reserve(most + 1);
+    end = std::min(end, done + most + 1 - result.size());
     result.insert(result.end(), cells.begin() + static_cast<std::ptrdiff_t>(done),
                   cells.begin() + static_cast<std::ptrdiff_t>(end));
   };
@@ -233,12 +234,14 @@ std::vector<Cell> splitSheets(std::vector<Cell> cells, CellIndex& index) {
     const Sheets sheets = sheetsAmong(tables, cells, index, cell);
     if (sheets.count == 1) continue;
     append(i);
-    for (std::size_t k = 0; k < sheets.count; ++k)
+    for (std::size_t k = 0; k < sheets.count && result.size() <= most; ++k)
       result.push_back({cell.x, cell.y, cell.z, sheets.corners[k]});
+    if (result.size() > most) return result;
     done = i + 1;
   }
   if (done == 0) return cells;
   append(cells.size());
+  if (result.size() > most) return result;
   index.repeat(result);
   return result;
 }

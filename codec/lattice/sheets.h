@@ -6,6 +6,7 @@
 #include <isoreel/codec/cell.h>
 
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "lattice/cell_index.h"
@@ -13,8 +14,14 @@
 namespace isoreel {
 
 /// The sheets of active cells, in the order of the cells, which are in Morton order. `index`: of the cells;
-/// becomes that of the sheets.
-std::vector<Cell> splitSheets(std::vector<Cell> cells, CellIndex& index);
+/// becomes that of the sheets. Takes room for `most` sheets, and gives one more where there are more than
+/// that.
+std::vector<Cell> splitSheets(std::vector<Cell> cells, CellIndex& index, std::size_t most);
+/// The same, all of them.
+inline std::vector<Cell> splitSheets(std::vector<Cell> cells, CellIndex& index) {
+  const std::size_t most = 4 * cells.size();
+  return splitSheets(std::move(cells), index, most);
+}
 
 /// The signs of the corners of the cell whose first sheet is at `first` in a list of sheets.
 std::uint8_t signsOf(std::span<const Cell> sheets, std::size_t first);

@@ -135,17 +135,24 @@ std::uint8_t link(const BrickHalo& halo, std::size_t slot, const std::array<std:
 
 }  // namespace
 
+std::uint64_t Surroundings::bytes() const {
+  std::uint64_t sum = bytesOf(across) + bytesOf(faces) + bytesOf(signs) + bytesOf(own_nodes_);
+  for (const Colour& colour : colours)
+    sum += bytesOf(colour.cells) + bytesOf(colour.counts) + bytesOf(colour.links);
+  return sum;
+}
+
 void Surroundings::build(std::span<const Cell> cells, const CellIndex& index) {
-  across.resize(cells.size());
-  faces.resize(cells.size());
-  signs.resize(cells.size());
+  setSize(across, cells.size());
+  setSize(faces, cells.size());
+  setSize(signs, cells.size());
   for (Colour& colour : colours) {
-    colour.cells.resize(cells.size());
-    colour.counts.resize(cells.size());
+    setSize(colour.cells, cells.size());
+    setSize(colour.counts, cells.size());
   }
   std::array<std::size_t, 2> used{}, listed{};
   const std::size_t bricks = index.bricks().size();
-  own_nodes_.resize(bricks + 1);  // and those of an empty one
+  setSize(own_nodes_, bricks + 1);  // and those of an empty one
   for (std::size_t number = 0; number <= bricks; ++number) {
     const CellIndex::Brick& brick = index.brickOrEmpty(number);
     OwnNodes own_nodes;
@@ -181,7 +188,7 @@ void Surroundings::build(std::span<const Cell> cells, const CellIndex& index) {
     for (std::size_t k = 0; k < 2; ++k) {
       const std::size_t room = kMostLinks * brick.count + kReadBehind;
       if (colours[k].links.size() < used[k] + room)
-        colours[k].links.resize(used[k] + used[k] / 4 + 4 * kMostLinks * 64 + room);
+        colours[k].links.resize(used[k] + used[k] / 4 + 64 * kMostLinks + room);
     }
     const std::array<std::size_t, 2> before = listed;
     const bool repeats = index.repeatsAround(number);

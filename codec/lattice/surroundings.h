@@ -37,15 +37,24 @@ struct Surroundings {
   /// Even, then odd: no two odd cells are linked.
   std::array<Colour, 2> colours;
 
-  /// `cells`: the active cells of a surface in Morton order, or their sheets; `index` is theirs. Keeps its
-  /// memory from call to call.
-  void build(std::span<const Cell> cells, const CellIndex& index);
-
   /// What a brick's own cells say of its nodes from 0 to 4: by z, those that are known, then those inside;
   /// bit x + 8y.
   struct OwnNodes {
     alignas(16) std::array<std::array<std::uint64_t, 2>, 5> planes{};
   };
+
+  /// `cells`: the active cells of a surface in Morton order, or their sheets; `index` is theirs. Keeps its
+  /// memory from call to call.
+  void build(std::span<const Cell> cells, const CellIndex& index);
+  /// Memory beyond the object itself.
+  std::uint64_t bytes() const;
+  /// The most that build() takes. Of two colours' links that double as they grow, the old and the new ones
+  /// are there at once, 14 a cell at most.
+  static std::uint64_t bytesFor(std::size_t cells, std::size_t bricks) {
+    constexpr std::size_t kPerCell = sizeof(std::array<std::uint32_t, 6>) + 1 + sizeof(std::uint64_t);
+    constexpr std::size_t kLists = 2 * (sizeof(std::uint32_t) + 1) + 3 * 14 * sizeof(std::uint32_t);
+    return cells * (kPerCell + kLists) + 65536 + roomFor(bricks + 1) * sizeof(OwnNodes);
+  }
 
  private:
   std::vector<OwnNodes> own_nodes_;  // by number of brick, while building

@@ -27,7 +27,7 @@ class FileMaker {
   std::uint8_t version = container::kVersion, minor = container::kMinor;
   Bytes extension;  // behind the fields of every structure that may grow
   container::FileRecord index;
-  std::optional<std::uint64_t> index_tracks, index_entries;
+  std::optional<std::uint64_t> index_tracks, index_chapters, index_attachments, index_entries;
   std::vector<Entry> entries;
   std::vector<Attachment> attachments;
   container::Uuid footer_uuid;
@@ -115,8 +115,8 @@ class FileMaker {
   Bytes finish() {
     const std::uint64_t offset = bytes().size();
     index.tracks = index_tracks.value_or(tracks_.size());
-    index.chapters = chapters_.size();
-    index.attachments = attachments.size();
+    index.chapters = index_chapters.value_or(chapters_.size());
+    index.attachments = index_attachments.value_or(attachments.size());
     index.entries = index_entries.value_or(entries.size());
     Bytes content;
     record(content);

@@ -38,6 +38,15 @@ Bytes withoutChunk(Bytes file, std::size_t at) {
   return file;
 }
 
+/// A zstd frame of 17 bytes whose header claims so many: one block of one repeated byte, the last.
+Bytes zstdThatClaims(std::uint64_t size) {
+  Bytes frame{0x28, 0xB5, 0x2F, 0xFD, 0xE0};
+  ByteWriter out(frame);
+  out.fixed(size);
+  out.bytes(Bytes{0x03, 0x00, 0x10, ' '});
+  return frame;
+}
+
 /// A file whose second frame's header went through `change`.
 Bytes withSecond(const std::function<void(FrameHeader&)>& change) {
   FileMaker maker;
@@ -201,6 +210,21 @@ void damageRest(Files& files) {
   });
   changed("tags_above_limit", "container 10", "is above 1048576",
           [](FileMaker& m) { m.chunk("TAGS", *compress(Bytes((1 << 20) + 1, ' '))); });
+  changed("tags_claim_2_40", "container 1.5", "is above 1048576",
+          [](FileMaker& m) { m.chunk("TAGS", zstdThatClaims(std::uint64_t{1} << 40)); });
+  changed("chapters_claim_2_40", "container 1.5", "is above 1048576",
+          [](FileMaker& m) { m.chunk("CHAP", zstdThatClaims(std::uint64_t{1} << 40)); });
+  changed("attachment_claims_2_40", "container 1.5", "is above 1048576", [](FileMaker& m) {
+    Bytes payload{9, 5, 'a', '.', 't', 'x', 't', 0, AttachmentPart::kLast, 0};
+    const Bytes bomb = zstdThatClaims(std::uint64_t{1} << 40);
+    payload.insert(payload.end(), bomb.begin(), bomb.end());
+    m.chunk("ATCH", payload);
+  });
+  changed("chapters_too_many", "container 10", "count 65537 is above 65536", [](FileMaker& m) {
+    Bytes content;
+    ByteWriter(content).varint(65537);
+    m.chunk("CHAP", *compress(content));
+  });
   changed("chapter_kind_2", "container 6.2", "kind 2 is above 1", [](FileMaker& m) {
     m.chunk("CHAP", *compress(Bytes{1, 4, 2, 0, 0, 0}));
   });
@@ -221,6 +245,26 @@ void damageRest(Files& files) {
     m.chunk("TRAK", {1, 1, 24, 0});
   });
 
+  const auto record = [&](const char* name, const char* error, std::uint64_t name_size,
+                          std::uint64_t rest_size) {
+    changed(name, "container 10", error, [=](FileMaker& m) {
+      Bytes payload{1, 1, 24};
+      ByteWriter out(payload);
+      out.varint(name_size);
+      out.bytes(Bytes(name_size, 'n'));
+      out.varint(rest_size);
+      m.chunk("TRAK", payload);
+    });
+  };
+  record("track_name_too_long", "above 1024", 1025, 0);
+  record("track_configuration_too_long", "above 65536", 1, 65537);
+
+  changed("index_tracks_257", "container 10", "tracks 257 is above 256",
+          [](FileMaker& m) { m.index_tracks = 257; });
+  changed("index_chapters_65537", "container 10", "chapters 65537 is above 65536",
+          [](FileMaker& m) { m.index_chapters = 65537; });
+  changed("index_attachments_4097", "container 10", "attachments 4097 is above 4096",
+          [](FileMaker& m) { m.index_attachments = 4097; });
   changed("index_uuid", "container 7.1", "its UUID is not the footer's",
           [](FileMaker& m) { m.index.uuid[3] ^= 1; });
   changed("index_version_0", "container 7.1", "version 0 is not defined",

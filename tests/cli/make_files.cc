@@ -180,6 +180,12 @@ void acceptAll(Files& files) {
   files.accept("file_attachments", "container 6.3",
                "one of two parts that replaces another, one removed, one without its end", attached());
   files.accept("file_parity", "container 6.4", "PRTY chunks", protectedByParity());
+  FileMaker unusable;
+  unusable.track(0, "a");
+  unusable.frame(still(0));
+  unusable.chunk("PRTY", {5, 0, 1, 1, 0, 0});
+  files.accept("file_parity_unusable", "container 6.4", "a PRTY chunk with no rows: it is passed over",
+               unusable.finish());
   files.accept("file_appended", "container 11", "a file that grew behind its footer", appendedTo());
   files.accept("file_extended", "container 1.4",
                "minor 9, unknown chunks and flags, bytes behind all known fields", extendedFile());

@@ -49,6 +49,7 @@ isoreel::DecodeOptions options(std::optional<std::uint32_t> level, bool prefix) 
   result.level = level;
   result.allow_prefix = prefix;
   result.max_vertices = kMostVertices;
+  result.max_bytes = 1u << 26;
   return result;
 }
 

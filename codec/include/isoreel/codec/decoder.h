@@ -18,10 +18,13 @@ struct DecodeOptions {
   std::optional<std::uint32_t> level;
   /// Take a packet that was cut short, and decode the levels that are whole.
   bool allow_prefix = false;
-  /// Refuse packets that say they hold more. A surface takes about 60 bytes a vertex while it is
-  /// decoded, 180 in profile main; where P packets may follow also the distance field around it, which takes
-  /// most for many small pieces: up to some kilobytes a vertex.
+  /// Refuse packets that say they hold more.
   std::uint32_t max_vertices = 1u << 27;
+  /// Refuse packets (kLimit) whose decoding would take more bytes, beyond the 1.3 megabytes of every decoder.
+  /// Each part is reckoned before it is taken, at its most; what is kept from the packet before counts, and
+  /// the surface that is given. P frames of a ball (2,252 vertices) are reckoned at 260 bytes a vertex, 600
+  /// in profile main; many small pieces at some kilobytes, for the distance field around them.
+  std::uint64_t max_bytes = std::uint64_t{8} << 30;
   /// Gets the blocks of a P packet that is decoded whole; emptied for any other packet. On an error it may
   /// hold some. The caller's, may be null.
   std::vector<MotionBlock>* motion = nullptr;
@@ -44,7 +47,8 @@ class Decoder {
   /// Decodes one packet. A P packet must come right after the packet that it is predicted from, decoded by
   /// this decoder and not as a prefix. Errors: kNotFound (a P packet where that is not so), kBadData (a rule
   /// is broken, a CRC or the surface hash does not agree), kTruncated, kUnsupported (a newer version, profile
-  /// or tool). The full surface is checked against the packet's hash.
+  /// or tool), kLimit (more than `options` allow, or
+  /// than there is). The full surface is checked against the packet's hash.
   Result<Surface> decode(ByteSpan packet, const DecodeOptions& options = {});
 
   /// Of the full surface decoded last: the cell that each vertex lies in, with its signs; of a cell with

@@ -100,8 +100,10 @@ class Encoder {
 
   /// Codes the isosurface of `volume`, whose grid must equal the configuration's in size (placement is not
   /// compared). A P packet is written for a frame whose number follows that of the frame before, within the
-  /// GOP limit, when it is smaller than the I packet. Memory beyond the volume: one bit per node and about 50
-  /// bytes per vertex, 1200 with prediction or in profile main. `sizes` may be null.
+  /// GOP limit, when it is smaller than the I packet. Memory beyond the volume: one bit per node and, of a
+  /// splash and a head of 129³, 100 to 120 bytes per vertex; 240 to 1300 with prediction, 800 to 1200 in
+  /// profile main, 900 to 2200 with both. `sizes` may be null.
+  /// When memory runs out (kLimit), the next frame starts a GOP.
   Result<Packet> encode(const Volume& volume, const FrameTiming& timing, PacketSizes* sizes = nullptr);
 
   /// Codes a surface that was decoded before, where its volume is gone, with vertices for sheets as the
