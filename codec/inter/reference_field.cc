@@ -56,6 +56,7 @@ constexpr auto kReaches = [] {
 
 constexpr std::uint32_t kNone = 0xFFFFFFFF;
 constexpr std::uint32_t kItself = 1u << 13;  // of Source::reaches
+constexpr std::uint64_t kMostBytes = 32768;  // of a vertex that has all bricks around it to itself
 
 }  // namespace
 
@@ -71,7 +72,8 @@ void ReferenceField::clear() {
 
 bool ReferenceField::build(std::span<const ReferencePlane> planes, std::uint64_t most) {
   clear();
-  bool fits = true;
+  // Where it may not fit, first count what there will be at least, before room for it is taken.
+  bool fits = planes.size() < most / kMostBytes || leastBytes(planes) <= most;
   for (std::size_t i = 0; i < planes.size() && fits; ++i) fits = add(planes[i], most);
   if (!fits || !link(most)) {
     *this = {};
@@ -79,6 +81,18 @@ bool ReferenceField::build(std::span<const ReferencePlane> planes, std::uint64_t
   }
   for (std::uint32_t i = 0; i < bricks_.size(); ++i) gather(i);
   return true;
+}
+
+std::uint64_t ReferenceField::leastBytes(std::span<const ReferencePlane> planes) {
+  std::uint64_t sources = 0;
+  for (const ReferencePlane& plane : planes) {
+    std::array<std::int32_t, 3> brick{};
+    for (std::size_t k = 0; k < 3; ++k)
+      brick[k] = ((plane.position[k] + kCell / 2) >> kPositionBits) >> kSideLog2;
+    sources = std::max<std::uint64_t>(sources, map_.findOrAdd(brick[0], brick[1], brick[2]) + 1u);
+  }
+  map_.clear();
+  return sources * (sizeof(Source) + sizeof(Brick));
 }
 
 bool ReferenceField::addSource(Place brick, std::uint64_t most) {

@@ -71,6 +71,7 @@ class ReferenceField {
   };
   static constexpr std::int32_t kWide = kSide + 4;  // a row of a brick's nodes while they are gathered
 
+  std::uint64_t leastBytes(std::span<const ReferencePlane> planes);
   bool addSource(Place brick, std::uint64_t most);
   bool add(const ReferencePlane& plane, std::uint64_t most);
   bool link(std::uint64_t most);
