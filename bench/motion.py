@@ -84,6 +84,8 @@ def measure(options, path):
         variants.update({label: gop + words for label, words in MAIN.items()})
         if options.ablations:
             variants.update({label: gop + words for label, words in {**MAIN_ABLATIONS, **ABLATIONS_OF_MAIN}.items()})
+    if options.only:
+        variants = {label: words for label, words in variants.items() if label in ("frame by frame", *options.only.split(";"))}
     result = {}
     with tempfile.TemporaryDirectory(prefix="isoreel-motion-") as folder:
         for label, words in variants.items():
@@ -101,6 +103,8 @@ def report(options, sets):
     lines = ["| set | frames | FF bytes | MP bytes | gain | gain at equal distance | BD-rate | BD-rate to the volume | paper: FF | MP | gain |",
              "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |"]
     for name, result in sets.items():
+        if "motion-predicted" not in result:
+            continue
         ff, mp = result["frame by frame"], result["motion-predicted"]
         middle = min(range(len(ff)), key=lambda i: abs(Fraction(ff[i]["step"]) - Fraction(1, 16)))
         before, after = ff[middle]["bytes"]["total"], mp[middle]["bytes"]["total"]
@@ -137,7 +141,7 @@ def plot(sets, path):
     for axis, (name, result) in zip(axes[0], sets.items()):
         # Heights of main are chosen for the volume, not for the extractor's own mesh.
         kind = "volume" if "main" in result else "extracted"
-        for label in ("frame by frame", "motion-predicted", *(label for label in MAIN if label in result)):
+        for label in (label for label in ("frame by frame", "motion-predicted", *MAIN) if label in result):
             axis.plot([p["bytes"]["total"] / 1e6 for p in result[label]], [p[kind] for p in result[label]], marker="o", label=label)
         axis.set(title=name, xlabel="megabytes", ylabel=f"RMS to {kind}, cells", yscale="log")
         axis.legend()
@@ -154,6 +158,7 @@ def main():
     parser.add_argument("--samples", type=int, default=5, help="frames to measure distances of (default: %(default)s)")
     parser.add_argument("--ablations", action="store_true", help="measure what leaves out parts of the prediction, too")
     parser.add_argument("--main", action="store_true", help="measure profile main, too")
+    parser.add_argument("--only", help="of these, only those with the labels A;B;..., and frame by frame")
     parser.add_argument("--output", help="PATH: also write PATH.md, PATH.json and PATH.svg")
     options = parser.parse_args()
     sets = dict(measure(options, path) for path in options.sets)

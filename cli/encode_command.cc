@@ -256,13 +256,16 @@ class CountingSink final : public ByteSink {
 struct Pass {
   const EncodeOptions& options;
   const EncodeJob& job;
-  const Bytes record;
   const std::string tags;
 
   /// `target` is open. `instead`: takes the bytes of a new file.
   Status run(EncodeTarget& target, std::uint32_t step, const std::string& name, Totals& totals,
              std::unique_ptr<ByteSink> instead = nullptr) const {
-    if (Status begun = target.begin(job.settings.configuration, record, job.tracks, tags,
+    const bool for_good = instead == nullptr;
+    EncoderSettings settings = job.settings;
+    settings.configuration.step = step;
+    ISOREEL_ASSIGN(const Encoder encoder, Encoder::create(settings));
+    if (Status begun = target.begin(settings.configuration, encoder.configurationRecord(), job.tracks, tags,
                                     !options.tags.empty(), std::move(instead));
         !begun.ok()) {
       target.giveUp(0);
@@ -278,9 +281,9 @@ struct Pass {
           return {};
         },
         [&] { return target.writer().endGop(); });
-    if (!status.ok())
+    if (!status.ok() && for_good)
       return {status.error().code, std::string(status.message()) + target.giveUp(totals.frames)};
-    return target.finish();
+    return status.ok() ? target.finish() : status;
   }
 };
 
@@ -324,12 +327,13 @@ Status encode(const EncodeOptions& options) {
   EncodeTarget target(options.target);
   ISOREEL_TRY(target.open(job.tracks, job.times, static_cast<std::size_t>(job.range.begin)));
   job.settings = settingsOf(options, job);
-  ISOREEL_ASSIGN(const Encoder probe, Encoder::create(job.settings));
   const ThreadLimit limit(options.jobs);
-  const Pass pass{options, job, probe.configurationRecord(), tagsJson(options, shard)};
+  const Pass pass{options, job, tagsJson(options, shard)};
   std::uint32_t step = job.settings.configuration.step;
   if (options.size > 0) {
+    job.error.measure = false;  // its results are as long whatever they are
     ISOREEL_ASSIGN(step, stepForSize(pass));
+    job.error.measure = options.measure;
   }
   Totals totals;
   ISOREEL_TRY(pass.run(target, step, "encode", totals));

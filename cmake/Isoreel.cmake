@@ -10,6 +10,9 @@ function(isoreel_settings target)
   endif()
   if(ISOREEL_SANITIZE)
     target_compile_options(${target} PRIVATE -fsanitize=${ISOREEL_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+    if(ISOREEL_UNSANITIZED)  # in folders of which sanitizers would find nothing worth the time of compiling
+      target_compile_options(${target} PRIVATE -fno-sanitize=${ISOREEL_UNSANITIZED})
+    endif()
     if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
       # GCC 12 sees uninitialised members in its own std::regex once sanitizers are on.
       target_compile_options(${target} PRIVATE -Wno-maybe-uninitialized)

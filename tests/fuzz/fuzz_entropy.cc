@@ -37,8 +37,10 @@ std::uint64_t run(Coder& coder, ByteSpan calls) {
       case 2:
         got = coder.raw(static_cast<int>(call >> 2 & 7) + 1, value & ((2u << (call >> 2 & 7)) - 1));
         break;
-      default:
-        got = coder.codeAt(1 + (call >> 2) * 1040, (value & 1) != 0);
+      default: {
+        const std::uint32_t one = 1 + (call >> 2) * 1040;
+        got = coder.codeAt(one, one >= 32768, (value & 1) != 0);
+      }
     }
     sum = sum * 31 + got;
   }
