@@ -26,7 +26,7 @@ ABLATIONS = {"blocks of 4": ["--block", "4"], "blocks of 16": ["--block", "16"],
 MAIN = {"main, I frames": ["--frame-types", "intra"], "main": [], "main to the mesh": ["--fit", "extracted"],
         "main, fast": ["--preset", "fast"]}
 # ... without one of its tools each, for --ablations.
-MAIN_ABLATIONS = {f"main without {tool}": ["--without", tool] for tool in ("neighbours", "signs", "fit", "rate")}
+MAIN_ABLATIONS = {f"main without {tool}": ["--without", tool] for tool in ("neighbours", "signs", "sheets", "fit", "rate")}
 ABLATIONS_OF_MAIN = {f"main, {label}": words for label, words in ABLATIONS.items()}
 CLASSIC = ["--profile", "classic"]
 

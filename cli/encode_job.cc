@@ -26,6 +26,12 @@ struct EncodeRun::Gop {
   Status status;  // why there are fewer
 };
 
+/// The frame that is furthest from its isosurface.
+struct EncodeRun::Worst {
+  std::uint64_t frame = 0;
+  double rms = -1;  // cells; infinite when one of the two has no surface
+};
+
 Result<std::shared_ptr<const Volume>> EncodeRun::volumeAt(std::size_t index) {
   const std::lock_guard lock(reading_);
   if (only_) return only_;
@@ -58,8 +64,10 @@ Status EncodeRun::encode(Gop& gop, std::uint32_t step) {
   return {};
 }
 
-Status EncodeRun::measureAll(Gop& gop) {
+/// Tells each frame's distance in its header.
+Result<EncodeRun::Worst> EncodeRun::measureAll(Gop& gop) {
   Decoder decoder;
+  Worst worst;
   for (std::size_t i = 0; i < gop.frames.size(); ++i) {
     if (interrupted) return {ErrorCode::kIo, "interrupted"};
     Packet& packet = gop.frames[i].packet;
@@ -72,39 +80,36 @@ Status EncodeRun::measureAll(Gop& gop) {
                                                            job_.settings.configuration.inside);
     const inspect::Distance found =
         inspect::distance(mesh, wanted, inspect::samplesFor(mesh, wanted), parallelFor).symmetric;
-    if (!std::isfinite(found.rms)) continue;  // one of them is empty
+    if (found.rms > worst.rms) worst = {frame, found.rms};
+    if (!std::isfinite(found.rms)) continue;
     packet.header.error_kind = ErrorKind::kVolume;
     packet.header.error_rms = static_cast<float>(found.rms);
     packet.header.error_max = static_cast<float>(found.max);
   }
-  return {};
+  return worst;
 }
 
 /// With the largest step at which no frame is further than `limit` from its isosurface, nearly.
 Status EncodeRun::encodeWithin(Gop& gop, double limit) {
   StepSearch search(kNearEnough * limit, limit, 0.5);
   std::vector<CodedFrame> best;
-  std::string finest;
+  std::string last;  // of the steps tried; where none will do, that is the finest
   while (const auto step = search.next()) {
-    Status status = encode(gop, *step);
-    if (status.ok()) status = measureAll(gop);
-    if (!status.ok()) {
+    const Status status = encode(gop, *step);
+    const Result<Worst> worst = status.ok() ? measureAll(gop) : Result<Worst>(status);
+    if (!worst) {
       gop.frames.clear();
-      return status;
+      return worst.status();
     }
-    const auto worst = std::max_element(
-        gop.frames.begin(), gop.frames.end(),
-        [](const auto& a, const auto& b) { return a.packet.header.error_rms < b.packet.header.error_rms; });
-    search.add(*step, static_cast<double>(worst->packet.header.error_rms));
-    finest = fmt::format("frame {} is {:.4f} cells RMS from the volume's isosurface with a step of 1/{}",
-                         gop.begin + static_cast<std::uint64_t>(worst - gop.frames.begin()),
-                         worst->packet.header.error_rms, kCell / static_cast<std::int32_t>(*step));
+    search.add(*step, worst->rms);
+    last = fmt::format("frame {} is {:.4f} cells RMS from the volume's isosurface with a step of 1/{}",
+                       worst->frame, worst->rms, kCell / static_cast<std::int32_t>(*step));
     if (search.best() == step) best = std::move(gop.frames);
   }
   gop.frames = std::move(best);
   if (gop.frames.empty())
     return {ErrorCode::kInvalidArgument,
-            fmt::format("{}: --max-error {:g} cannot be kept on this grid", finest, limit)};
+            fmt::format("{}: --max-error {:g} cannot be kept on this grid", last, limit)};
   return {};
 }
 
@@ -130,7 +135,7 @@ Status EncodeRun::run(std::uint32_t step, const std::function<Status(const Coded
       gop.status = encodeWithin(gop, *job_.error.limit);
     } else {
       gop.status = encode(gop, step);
-      if (gop.status.ok() && job_.error.measure) gop.status = measureAll(gop);
+      if (gop.status.ok() && job_.error.measure) gop.status = measureAll(gop).status();
     }
     return {};
   };

@@ -56,10 +56,11 @@ class EncodeRun {
 
  private:
   struct Gop;
+  struct Worst;
 
   Result<std::shared_ptr<const Volume>> volumeAt(std::size_t index);
   Status encode(Gop& gop, std::uint32_t step);
-  Status measureAll(Gop& gop);
+  Result<Worst> measureAll(Gop& gop);
   Status encodeWithin(Gop& gop, double limit);
 
   const EncodeJob& job_;

@@ -157,7 +157,7 @@ struct Decoder::State {
   PacketModels models;
   HeightFrame heights;
   CellIndex index;
-  SignTreeMemory tree;
+  SignTreeMemory tree_memory;
   std::vector<Cell> cells;  // of the vertices of the surface decoded last
   // What a P packet goes on from: the packet decoded last, when it was decoded whole.
   std::optional<Configuration> configuration;
@@ -187,11 +187,13 @@ struct Decoder::State {
                 std::to_string(most) + " bytes"};
   }
   Result<Surface> decode(ByteSpan packet, const DecodeOptions& options);
-  std::uint64_t keptBytes() const { return heights.bytes() + index.bytes() + tree.bytes() + bytesOf(cells); }
+  std::uint64_t keptBytes() const {
+    return heights.bytes() + index.bytes() + tree_memory.bytes() + bytesOf(cells);
+  }
   void dropKept() {
     heights = {};
     index = {};
-    tree = {};
+    tree_memory = {};
     cells = {};
   }
 
@@ -264,9 +266,9 @@ Result<Surface> Decoder::State::decode(ByteSpan packet, const DecodeOptions& opt
   configuration.reset();  // until this packet is decoded whole, nothing can go on from it
 
   const Grid& grid = with.grid;
-  tree.cells = std::move(cells);
-  SignTree<RangeGet, UnknownTruth> signs_of(grid, {}, header.vertices, models.signs, std::move(tree));
-  const std::uint32_t depth = signs_of.depth();
+  tree_memory.cells = std::move(cells);
+  SignTree<RangeGet, UnknownTruth> tree(grid, {}, header.vertices, models.signs, std::move(tree_memory));
+  const std::uint32_t depth = tree.depth();
   const std::uint32_t wanted = std::min(options.level.value_or(depth), depth);
   // Where P packets may follow, the rest is decoded too: they go on from it.
   const bool sheets = (with.tools & kToolSheets) != 0;
@@ -289,55 +291,55 @@ Result<Surface> Decoder::State::decode(ByteSpan packet, const DecodeOptions& opt
   // Whether there is room for so much more.
   const auto room = [&](std::uint64_t bytes) {
     if (coarse) bytes += bytesOf(coarse->vertices) + bytesOf(coarse->quads);
-    return makeRoom(signs_of.bytes() + PredictedPart::bytesFor(part.motion().blocks().size()) + bytes,
+    return makeRoom(tree.bytes() + PredictedPart::bytesFor(part.motion().blocks().size()) + bytes,
                     options.max_bytes);
   };
   for (std::uint32_t level = 0; level <= (goes_on ? depth : wanted); ++level) {
-    if (level == 0 || !signs_of.cells().empty()) {
+    if (level == 0 || !tree.cells().empty()) {
       const auto sign_bytes = payload.section(SectionKind::kSigns, level),
                  leaf_bytes = payload.section(SectionKind::kLeaves, level);
       if (!sign_bytes || !leaf_bytes || level > most) {
         if (level == 0)
           return {ErrorCode::kTruncated, "packet: cut before its first level is whole (spec codec 3.2)"};
-        ISOREEL_TRY(room(coarseBytes(signs_of.cells().size())));
-        return surfaceFromSigns(signs_of.takeCells(), grid, depth - level + 1, sheets);
+        ISOREEL_TRY(room(coarseBytes(tree.cells().size())));
+        return surfaceFromSigns(tree.takeCells(), grid, depth - level + 1, sheets);
       }
-      if (level > 0) ISOREEL_TRY(room(signs_of.bytesOfNextLevel()));
+      if (level > 0) ISOREEL_TRY(room(tree.bytesOfNextLevel()));
       RangeGet signs(*sign_bytes), leaves(*leaf_bytes);
       if (level == 0) {
-        ISOREEL_TRY(signs_of.codeRoot(signs, leaves));
+        ISOREEL_TRY(tree.codeRoot(signs, leaves));
       } else if (predicted && motion_bytes && level > part.blockLevel()) {
         moved.start(depth - level);
-        ISOREEL_TRY(signs_of.codeLevel(level, signs, leaves, moved));
+        ISOREEL_TRY(tree.codeLevel(level, signs, leaves, moved));
       } else {
-        ISOREEL_TRY(signs_of.codeLevel(level, signs, leaves));
+        ISOREEL_TRY(tree.codeLevel(level, signs, leaves));
       }
       if (!signs.finished()) return leftOver("corner signs", level);
       if (!leaves.finished()) return leftOver("leaf bits", level);
       if (level == wanted && level < depth) {
-        ISOREEL_TRY(room(coarseBytes(signs_of.cells().size())));
-        coarse = surfaceFromSigns(signs_of.cells(), grid, depth - level, sheets);
+        ISOREEL_TRY(room(coarseBytes(tree.cells().size())));
+        coarse = surfaceFromSigns(tree.cells(), grid, depth - level, sheets);
       }
     }
     if (predicted && motion_bytes && level == part.blockLevel()) {
-      ISOREEL_TRY(room(PredictedPart::bytesFor(signs_of.cells().size())));
-      ISOREEL_TRY(part.decodeMotion(signs_of.cells(), models, with.profile));
+      ISOREEL_TRY(room(PredictedPart::bytesFor(tree.cells().size())));
+      ISOREEL_TRY(part.decodeMotion(tree.cells(), models, with.profile));
     }
   }
   if (coarse && !goes_on) return *std::move(coarse);
   const auto vertex_bytes = payload.section(SectionKind::kVertices, 0);
   if (!motion_bytes || !vertex_bytes) {
-    ISOREEL_TRY(room(coarseBytes(signs_of.cells().size())));
-    return surfaceFromSigns(signs_of.takeCells(), grid, 0, sheets);
+    ISOREEL_TRY(room(coarseBytes(tree.cells().size())));
+    return surfaceFromSigns(tree.takeCells(), grid, 0, sheets);
   }
   // Deepest cells are active; they have a vertex each, or one for each of their sheets.
   const auto differs = [&](std::size_t vertices) { return counts("vertices", vertices, header.vertices); };
-  const std::size_t found = signs_of.cells().size();
+  const std::size_t found = tree.cells().size();
   if (sheets ? found > header.vertices : found != header.vertices) return differs(found);
-  if (header.faces > 3 * found) return counts("quads", quadCount(signs_of.cells()), header.faces);
-  const std::size_t bricks = signs_of.bricks();
-  std::vector<Cell> active = signs_of.takeCells();
-  tree = signs_of.takeMemory();
+  if (header.faces > 3 * found) return counts("quads", quadCount(tree.cells()), header.faces);
+  const std::size_t bricks = tree.bricks();
+  std::vector<Cell> active = tree.takeCells();
+  tree_memory = tree.takeMemory();
   ISOREEL_TRY(room(fullBytes(header, bricks, with) + bytesOf(active)));
   index.build(active, bricks);
   if (sheets) active = splitSheets(std::move(active), index, header.vertices);

@@ -175,10 +175,8 @@ Status HeightCoder::codeVertices(CodedFrame& coded) {
   };
   if (fit_ && settings_.weigh_rate) {
     fit_->setAll(wanted_);
-    for (int pass = 0; pass < kRatePasses; ++pass) {
-      if (pass == 0) fit_->linearise();  // near enough for all
-      write(cheapest);
-    }
+    fit_->linearise();  // once is near enough for all passes
+    for (int pass = 0; pass < kRatePasses; ++pass) write(cheapest);
   } else {
     write(nearest);
   }

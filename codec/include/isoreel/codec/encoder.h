@@ -44,7 +44,7 @@ enum class Fit {
   kExtracted,  // the mesh of the extractor
 };
 
-/// What the encoder of profile main may leave out, to see what each is worth.
+/// What profile main brings surfaces close to, and what its encoder may leave out, to see what each is worth.
 struct HeightSettings {
   Fit fit = Fit::kVolume;
   bool neighbours = true;     // predict heights from those of coded neighbours (a tool of the format)
