@@ -379,7 +379,7 @@ void addEncodeCommand(CLI::App& app, Action& chosen) {
   CLI::Option* size =
       verb->add_option("--size", options->size,
                        "Length of the file to make, in bytes (or 300kB, 20MB, 4MiB): the step that fills "
-                       "it to 98 % at least is looked for, in three or four encodes")
+                       "it to 98 % at least is looked for, in several encodes")
           ->transform(CLI::AsSizeValue(true))
           ->type_name("BYTES")
           ->default_str("")

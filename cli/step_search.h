@@ -32,9 +32,9 @@ class StepSearch {
     if (above != tried_.begin() && above != tried_.end()) {
       const auto below = std::prev(above);
       if (above->first - below->first <= 1) return {};
-      // Every other time half-way, since y may be flat at one end.
+      // Every third time half-way, since y may be flat at one end.
       const double part =
-          tried_.size() % 2 == 0 ? 0.5 : (std::log(middle()) - log_y(below)) / (log_y(above) - log_y(below));
+          tried_.size() % 3 == 0 ? 0.5 : (std::log(middle()) - log_y(below)) / (log_y(above) - log_y(below));
       place = log_step(below) + std::clamp(part, 0.05, 0.95) * (log_step(above) - log_step(below));
       return std::clamp(rounded(place), below->first + 1, above->first - 1);
     }

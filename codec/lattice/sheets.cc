@@ -213,7 +213,7 @@ int differences(const Cell& a, const Cell& b) {
     axes |= 1u << axis;
     (way[axis] > 0 ? from : to) >>= 1u << axis;
   }
-  return std::popcount((from ^ to) & cornersBelow(axes));
+  return static_cast<int>(countBits((from ^ to) & cornersBelow(axes)));
 }
 
 }  // namespace

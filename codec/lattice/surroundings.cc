@@ -150,6 +150,10 @@ void Surroundings::build(std::span<const Cell> cells, const CellIndex& index) {
     setSize(colour.cells, cells.size());
     setSize(colour.counts, cells.size());
   }
+  // Whether a cell's first sheet is followed by others.
+  const auto hasSiblings = [&](std::uint32_t first) {
+    return first + 1 < cells.size() && sameCell(cells[first], cells[first + 1]);
+  };
   std::array<std::size_t, 2> used{}, listed{};
   const std::size_t bricks = index.bricks().size();
   setSize(own_nodes_, bricks + 1);  // and those of an empty one
@@ -212,9 +216,10 @@ void Surroundings::build(std::span<const Cell> cells, const CellIndex& index) {
       }
       faces[i] = static_cast<std::uint8_t>(present);
       if (repeats) {
-        signs[i] = signsAround(signs[i], cell);
+        // The nodes already are as a sheet sees them that is alone in its cell.
+        if ((i > 0 && sameCell(cells[i - 1], cell)) || hasSiblings(i)) signs[i] = signsAround(signs[i], cell);
         for (std::uint32_t& other : across[i]) {
-          if (other != i) other = facingSheet(cells, other, cell);
+          if (other != i && hasSiblings(other)) other = facingSheet(cells, other, cell);
         }
       }
       const std::size_t odd = static_cast<std::size_t>(x + y + z) & 1;
@@ -243,8 +248,9 @@ void Surroundings::build(std::span<const Cell> cells, const CellIndex& index) {
       std::uint32_t* to = colours[k].links.data() + first_links[k];
       for (std::size_t n = before[k]; n < listed[k]; ++n) {
         const Cell& cell = cells[colours[k].cells[n]];
-        for (std::uint32_t left = linkCount(colours[k].counts[n]); left > 0; --left, ++to)
-          *to = facingSheet(cells, *to, cell);
+        for (std::uint32_t left = linkCount(colours[k].counts[n]); left > 0; --left, ++to) {
+          if (hasSiblings(*to)) *to = facingSheet(cells, *to, cell);
+        }
       }
     }
   }
