@@ -154,6 +154,7 @@ Status decodeHeights(ByteSpan bytes, const std::vector<Cell>& cells, std::int32_
 }  // namespace
 
 struct Decoder::State {
+  ParallelFor parallel;
   PacketModels models;
   HeightFrame heights;
   CellIndex index;
@@ -178,9 +179,9 @@ struct Decoder::State {
   }
   /// The same for the distance field of the reference, which is built.
   Status makeField(std::uint64_t most) {
-    if (keptBytes() <= most && reference.buildField(most - keptBytes())) return {};
+    if (keptBytes() <= most && reference.buildField(most - keptBytes(), parallel)) return {};
     dropKept();
-    if (reference.buildField(most)) return {};
+    if (reference.buildField(most, parallel)) return {};
     return {ErrorCode::kLimit,
             "packet: the distance field of the surface before it takes more memory than "
             "the limit of " +
@@ -215,11 +216,15 @@ struct Decoder::State {
   }
 };
 
-Decoder::Decoder() : state_(std::make_unique<State>()) {}
+Decoder::Decoder() : Decoder(serialFor) {}
+Decoder::Decoder(ParallelFor parallel) : state_(std::make_unique<State>()) {
+  state_->parallel = std::move(parallel);
+}
 Decoder::Decoder(const Decoder& other) : Decoder() { *this = other; }
 Decoder& Decoder::operator=(const Decoder& other) {
   if (this == &other) return *this;
   if (!state_) state_ = std::make_unique<State>();
+  state_->parallel = other.state_->parallel;
   state_->models = other.state_->models;
   state_->configuration = other.state_->configuration;
   state_->last = other.state_->last;
@@ -350,24 +355,31 @@ Result<Surface> Decoder::State::decode(ByteSpan packet, const DecodeOptions& opt
   surface.grid = grid;
   surface.vertices.resize(active.size());
   if (with.profile == Profile::kMain) {
-    heights.build(active, index, grid);
-    if (predicted) part.moveHeights(active, field, heights);
-    ISOREEL_TRY(decodeHeights(*vertex_bytes, active, steps.normal, with.tools, models.heights, heights,
-                              surface.vertices));
-  } else if (predicted) {
-    ISOREEL_TRY(part.decodeVertices(*vertex_bytes, active, index, field, steps, models, surface.vertices));
-  } else {
-    ISOREEL_TRY(decodeIntraVertices(*vertex_bytes, active, steps, models.vertices, surface.vertices));
+    heights.build(active, index, grid, parallel);
+    if (predicted) part.moveHeights(active, field, heights, parallel);
   }
+  Status vertices;
+  parallel(2, [&](std::size_t task) {  // beside the vertices, what connects them
+    if (task == 1) {
+      surface.quads = dualQuads(active, index, std::size_t{header.faces} + 1);
+    } else if (with.profile == Profile::kMain) {
+      vertices = decodeHeights(*vertex_bytes, active, steps.normal, with.tools, models.heights, heights,
+                               surface.vertices);
+    } else if (predicted) {
+      vertices = part.decodeVertices(*vertex_bytes, active, index, field, steps, models, surface.vertices);
+    } else {
+      vertices = decodeIntraVertices(*vertex_bytes, active, steps, models.vertices, surface.vertices);
+    }
+  });
+  ISOREEL_TRY(vertices);
   if (predicted && options.motion != nullptr) *options.motion = part.blocks(active, field);
   toGridPositions(active, surface.vertices);
-  surface.quads = dualQuads(active, index, std::size_t{header.faces} + 1);
   if (surface.quads.size() != header.faces) return counts("quads", quadCount(active), header.faces);
   if (surfaceHash(surface) != header.surface_hash) {
     return {ErrorCode::kBadData, "packet: the decoded surface does not match its hash (spec codec 7)"};
   }
   if ((with.tools & kToolPrediction) != 0) {
-    reference.setPlanes(surface, active);
+    reference.setPlanes(surface, active, parallel);
     last = header.number;
     configuration = with;
   }

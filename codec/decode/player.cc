@@ -13,8 +13,8 @@ struct Player::Plan {
   std::vector<std::uint64_t> decoders;  // after these packets, rising
 };
 
-Player::Player(PacketSource& source, std::uint64_t cache_bytes)
-    : source_(&source), cache_(std::make_unique<SurfaceCache>(cache_bytes)) {}
+Player::Player(PacketSource& source, std::uint64_t cache_bytes, ParallelFor parallel)
+    : source_(&source), decoder_(std::move(parallel)), cache_(std::make_unique<SurfaceCache>(cache_bytes)) {}
 Player::Player(Player&&) noexcept = default;
 Player::~Player() = default;
 

@@ -32,9 +32,10 @@ class PredictedPart {
                         const ReferenceField& field, const ResidualSteps& steps, PacketModels& models,
                         std::vector<std::array<std::int32_t, 3>>& vertices);
   /// The same for profile main: where the moved surface crosses their normals.
-  void moveHeights(std::span<const Cell> cells, const ReferenceField& field, HeightFrame& heights) {
+  void moveHeights(std::span<const Cell> cells, const ReferenceField& field, HeightFrame& heights,
+                   const ParallelFor& parallel) {
     motion_.assign(cells);
-    isoreel::moveHeights(field, motion_, cells, heights);
+    isoreel::moveHeights(field, motion_, cells, heights, parallel);
   }
   /// The blocks, once all of that is done.
   std::vector<MotionBlock> blocks(std::span<const Cell> cells, const ReferenceField& field) const;

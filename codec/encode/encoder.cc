@@ -318,7 +318,7 @@ Result<Packet> Encoder::State::code(const Volume* volume, const SignBitmap& bitm
     sizes->other = packet.data.size() - coded->payload.size();
   }
   if (predicts) {
-    reference.build(surface, cells);
+    reference.build(surface, cells, settings.parallel);
     models = std::move(coded->models);
     last = timing.number;
   }

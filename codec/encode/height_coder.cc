@@ -87,7 +87,7 @@ std::int32_t limited(double value) {
 HeightCoder::HeightCoder(const FrameInput& frame, const VolumeField* field, std::uint32_t tools,
                          const HeightSettings& settings, const ParallelFor& parallel, HeightFrame& heights)
     : frame_(frame), tools_(tools), settings_(settings), heights_(heights) {
-  heights.build(frame.cells, frame.index, frame.grid);
+  heights.build(frame.cells, frame.index, frame.grid, parallel);
   if (field == nullptr) {
     for (std::size_t i = 0; i < frame.cells.size(); ++i)
       wanted_.push_back(heightOf(heights.predicted, i, frame.vertices[i]));

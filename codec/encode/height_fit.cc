@@ -65,30 +65,32 @@ HeightWeights fitHeights(const HeightFrame& frame, std::uint32_t tools, double s
                          const HeightWeights& before) {
   HeightWeights result = before;
   for (std::size_t colour = 0; colour < 2; ++colour) {
-    const Surroundings::Colour& list = frame.around.colours[colour];
     std::vector<Example<HeightWeights::kInputs>> examples;
     std::array<std::vector<Example<HeightWeights::kMovedInputs>>, 2> moved;
-    const std::uint32_t* links = list.links.data();
-    for (std::size_t n = 0; n < list.cells.size(); ++n) {
-      const std::uint32_t i = list.cells[n];
-      const heights::Coded coded =
-          heights::around(frame.parts.data(), colour, list.counts[n], links, tools, !frame.moved.empty());
-      links += Surroundings::linkCount(list.counts[n]);
-      const double height = static_cast<double>(frame.heights[i]) / kCell;
-      Example<HeightWeights::kInputs> example;
-      example.height = height;
-      example.inputs[0] = static_cast<double>(coded.near) / kCell;
-      example.inputs[1] = static_cast<double>(coded.far) / kCell;
-      for (std::size_t k = 0; k < SignInputs::kCount; ++k)
-        example.inputs[static_cast<int>(k) + 2] = static_cast<double>(frame.predicted.inputs[i].v[k]) / kCell;
-      examples.push_back(example);
-      if (frame.moved.empty() || frame.moved[i].confidence == MovedHeight::kNone) continue;
-      Example<HeightWeights::kMovedInputs> other;
-      other.height = height;
-      const auto values = heights::movedInputs(frame, i, coded);
-      for (std::size_t k = 0; k < values.size(); ++k)
-        other.inputs[static_cast<int>(k)] = static_cast<double>(values[k]) / kCell;
-      moved[frame.moved[i].confidence >= 4].push_back(other);
+    for (const Surroundings::Run& run : frame.around.runs) {
+      const Surroundings::Colour& list = run.colours[colour];
+      const std::uint32_t* links = list.links.data();
+      for (std::size_t n = 0; n < list.cells.size(); ++n) {
+        const std::uint32_t i = list.cells[n];
+        const heights::Coded coded =
+            heights::around(frame.parts.data(), colour, list.counts[n], links, tools, !frame.moved.empty());
+        links += Surroundings::linkCount(list.counts[n]);
+        const double height = static_cast<double>(frame.heights[i]) / kCell;
+        Example<HeightWeights::kInputs> example;
+        example.height = height;
+        example.inputs[0] = static_cast<double>(coded.near) / kCell;
+        example.inputs[1] = static_cast<double>(coded.far) / kCell;
+        for (std::size_t k = 0; k < SignInputs::kCount; ++k)
+          example.inputs[static_cast<int>(k) + 2] = static_cast<double>(frame.predicted.inputs[i].v[k]) / kCell;
+        examples.push_back(example);
+        if (frame.moved.empty() || frame.moved[i].confidence == MovedHeight::kNone) continue;
+        Example<HeightWeights::kMovedInputs> other;
+        other.height = height;
+        const auto values = heights::movedInputs(frame, i, coded);
+        for (std::size_t k = 0; k < values.size(); ++k)
+          other.inputs[static_cast<int>(k)] = static_cast<double>(values[k]) / kCell;
+        moved[frame.moved[i].confidence >= 4].push_back(other);
+      }
     }
     if (frame.moved.empty()) fitWeights<HeightWeights::kInputs>(examples, step, result.plain[colour]);
     for (std::size_t kind = 0; kind < 2; ++kind)

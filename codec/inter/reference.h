@@ -3,6 +3,7 @@
 
 #include <isoreel/codec/surface.h>
 
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -14,19 +15,23 @@ namespace isoreel {
 /// The decoded surface of the packet before: tangent planes at its vertices, and its distance field.
 class Reference {
  public:
-  /// `cells`: those of the surface's vertices.
-  void build(const Surface& surface, std::span<const Cell> cells) {
-    setPlanes(surface, cells);
-    buildField();
+  /// `cells`: those of the surface's vertices. Fast where the first corners of its quads rise, as
+  /// dualQuads() has them.
+  void build(const Surface& surface, std::span<const Cell> cells, const ParallelFor& parallel = serialFor) {
+    setPlanes(surface, cells, parallel);
+    buildField(parallel);
   }
   /// The same in two steps, since nothing may ever be predicted from a surface: until buildField() the field
   /// is empty.
-  void setPlanes(const Surface& surface, std::span<const Cell> cells);
-  void buildField() { static_cast<void>(field_.build(planes_)); }
+  void setPlanes(const Surface& surface, std::span<const Cell> cells,
+                 const ParallelFor& parallel = serialFor);
+  void buildField(const ParallelFor& parallel = serialFor) {
+    static_cast<void>(field_.build(planes_, std::numeric_limits<std::uint64_t>::max(), parallel));
+  }
   /// False, and no field, when reference and field would take more than `most` bytes.
-  bool buildField(std::uint64_t most) {
+  bool buildField(std::uint64_t most, const ParallelFor& parallel) {
     const std::uint64_t planes = bytesOf(planes_);
-    return planes <= most && field_.build(planes_, most - planes);
+    return planes <= most && field_.build(planes_, most - planes, parallel);
   }
 
   const std::vector<ReferencePlane>& planes() const { return planes_; }
@@ -35,6 +40,9 @@ class Reference {
   std::uint64_t bytes() const { return bytesOf(planes_) + field_.bytes(); }
 
  private:
+  template <class Chosen>
+  void addNormal(const Surface& surface, const Quad& quad, const Chosen& chosen);
+
   std::vector<ReferencePlane> planes_;
   ReferenceField field_;
 };

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "lattice/bits.h"
+#include "lattice/runs.h"
 
 namespace isoreel {
 namespace {
@@ -56,7 +57,6 @@ constexpr auto kReaches = [] {
 
 constexpr std::uint32_t kNone = 0xFFFFFFFF;
 constexpr std::uint32_t kItself = 1u << 13;  // of Source::reaches
-constexpr std::uint64_t kMostBytes = 32768;  // of a vertex that has all bricks around it to itself
 
 }  // namespace
 
@@ -67,45 +67,87 @@ void ReferenceField::clear() {
   links_.clear();
   first_links_.clear();
   bricks_.clear();
-  last_.fill({});
 }
 
-bool ReferenceField::build(std::span<const ReferencePlane> planes, std::uint64_t most) {
+bool ReferenceField::build(std::span<const ReferencePlane> planes, std::uint64_t most,
+                           const ParallelFor& parallel) {
   clear();
-  // Where it may not fit, first count what there will be at least, before room for it is taken.
-  bool fits = planes.size() < most / kMostBytes || leastBytes(planes) <= most;
-  for (std::size_t i = 0; i < planes.size() && fits; ++i) fits = add(planes[i], most);
-  if (!fits || !link(most)) {
+  if (!findSources(planes, most)) {
     *this = {};
     return false;
   }
-  for (std::uint32_t i = 0; i < bricks_.size(); ++i) gather(i);
+  addPlanes(planes, parallel);
+  if (!link(most)) {
+    *this = {};
+    return false;
+  }
+  forRuns(parallel, bricks_.size(), 64, [&](std::size_t first, std::size_t end) {
+    for (std::size_t i = first; i < end; ++i) gather(static_cast<std::uint32_t>(i));
+  });
   return true;
 }
 
-std::uint64_t ReferenceField::leastBytes(std::span<const ReferencePlane> planes) {
-  std::uint64_t sources = 0;
-  for (const ReferencePlane& plane : planes) {
+// The source of each plane, and room for all of them.
+bool ReferenceField::findSources(std::span<const ReferencePlane> planes, std::uint64_t most) {
+  if (planes.size() > most / sizeof(std::uint32_t)) return false;
+  setSize(source_of_, planes.size());
+  // Vertices go to and fro between a few bricks: the last ones, by their lowest bits.
+  struct Last {
+    Place brick{-1, -1, -1};
+    std::uint32_t number = 0;
+  };
+  std::array<Last, 8> lasts;
+  for (std::size_t i = 0; i < planes.size(); ++i) {
     std::array<std::int32_t, 3> brick{};
     for (std::size_t k = 0; k < 3; ++k)
-      brick[k] = ((plane.position[k] + kCell / 2) >> kPositionBits) >> kSideLog2;
-    sources = std::max<std::uint64_t>(sources, map_.findOrAdd(brick[0], brick[1], brick[2]) + 1u);
+      brick[k] = ((planes[i].position[k] + kCell / 2) >> kPositionBits) >> kSideLog2;
+    Last& last =
+        lasts[static_cast<std::size_t>((brick[0] & 1) | (brick[1] & 1) << 1 | (brick[2] & 1) << 2)];
+    if (((brick[0] ^ last.brick.x) | (brick[1] ^ last.brick.y) | (brick[2] ^ last.brick.z)) != 0) {
+      if (places_.size() == places_.capacity()) {
+        const std::size_t next = places_.size() + places_.size() / 2 + 16;
+        if (bytes() + 3 * next * sizeof(Place) + places_.size() * (sizeof(Source) + sizeof(Brick)) +
+                2 * BrickMap::bytesFor(next) >
+            most)
+          return false;
+        places_.reserve(next);
+      }
+      last.brick = {brick[0], brick[1], brick[2]};
+      last.number = map_.findOrAdd(brick[0], brick[1], brick[2]);
+      if (last.number == places_.size()) places_.push_back(last.brick);
+    }
+    source_of_[i] = last.number;
   }
-  map_.clear();
-  return sources * (sizeof(Source) + sizeof(Brick));
+  if (bytes() + roomFor(places_.size()) * (sizeof(Source) + sizeof(Brick)) > most) return false;
+  setSize(sources_, places_.size());
+  return true;
 }
 
-bool ReferenceField::addSource(Place brick, std::uint64_t most) {
-  if (sources_.size() == sources_.capacity()) {
-    const std::size_t next = sources_.size() + sources_.size() / 2 + 16;
-    if (bytes() + 3 * next * sizeof(Place) + next * sizeof(Source) + 2 * BrickMap::bytesFor(next) > most)
-      return false;
-    sources_.reserve(next);
+// Sources are numbered as planes first have them: those between the first ones of one run and of the next
+// belong to that run. What it has for others waits until all are done; which is nearest hangs on no order.
+void ReferenceField::addPlanes(std::span<const ReferencePlane> planes, const ParallelFor& parallel) {
+  const std::size_t runs = runCount(planes.size(), 4096);
+  std::vector<std::uint32_t> firsts{0};
+  for (std::size_t n = 0; n < runs; ++n) {
+    std::uint32_t next = firsts.back();
+    for (std::size_t i = runStart(n, runs, planes.size()); i < runStart(n + 1, runs, planes.size()); ++i)
+      next = std::max(next, source_of_[i] + 1);
+    firsts.push_back(next);
   }
-  places_.push_back(brick);
-  sources_.emplace_back().nodes.fill(kNothing);
-  sources_.back().reaches = 0;
-  return true;
+  parallel(runs, [&](std::size_t n) {
+    for (std::uint32_t source = firsts[n]; source < firsts[n + 1]; ++source) {
+      sources_[source].nodes.fill(kNothing);
+      sources_[source].reaches = 0;
+    }
+    for (std::size_t i = runStart(n, runs, planes.size()); i < runStart(n + 1, runs, planes.size()); ++i) {
+      if (source_of_[i] >= firsts[n]) add(planes[i], sources_[source_of_[i]]);
+    }
+  });
+  for (std::size_t n = 1; n < runs; ++n) {
+    for (std::size_t i = runStart(n, runs, planes.size()); i < runStart(n + 1, runs, planes.size()); ++i) {
+      if (source_of_[i] < firsts[n]) add(planes[i], sources_[source_of_[i]]);
+    }
+  }
 }
 
 // Which sources have nodes of which bricks, and room for these.
@@ -143,29 +185,20 @@ bool ReferenceField::link(std::uint64_t most) {
 // Nodes go in rows of four: those at -1, 0 and 1 from the vertex's own, and one that never wins. A node's
 // number is that of the own node, and for each step along an axis what that adds: half the derivative of the
 // square twice, the normal, and the square of the step.
-bool ReferenceField::add(const ReferencePlane& plane, std::uint64_t most) {
-  std::array<std::int32_t, 3> own{}, inside{};  // the nearest node, in the grid and in its brick
+void ReferenceField::add(const ReferencePlane& plane, Source& source) {
+  std::array<std::int32_t, 3> inside{};  // the nearest node, in its brick
   std::array<std::int32_t, 3> step{};
   constexpr std::int32_t kUnit = kCell >> 8, kStepSquare = kUnit * kUnit * 65536;
   std::int32_t middle = kLeast + 32768;
   std::size_t near = 0;
   for (std::size_t k = 0; k < 3; ++k) {
-    own[k] = (plane.position[k] + kCell / 2) >> kPositionBits;
-    inside[k] = own[k] & (kSide - 1);
+    const std::int32_t own = (plane.position[k] + kCell / 2) >> kPositionBits;
+    inside[k] = own & (kSide - 1);
     near |= static_cast<std::size_t>(kNear[static_cast<std::size_t>(inside[k])]) << k;
-    const std::int32_t d = own[k] * kCell - plane.position[k];
+    const std::int32_t d = own * kCell - plane.position[k];
     middle += (d >> 8) * (d >> 8) * 65536 + ((plane.normal[k] * d) >> kPositionBits);
     step[k] = 2 * kUnit * 65536 * (d >> 8) + plane.normal[k];
-    own[k] >>= kSideLog2;
   }
-  // Vertices go to and fro between a few bricks.
-  Last& last = last_[static_cast<std::size_t>((own[0] & 1) | (own[1] & 1) << 1 | (own[2] & 1) << 2)];
-  if (((own[0] ^ last.brick.x) | (own[1] ^ last.brick.y) | (own[2] ^ last.brick.z)) != 0) {
-    last.brick = {own[0], own[1], own[2]};
-    last.number = map_.findOrAdd(own[0], own[1], own[2]);
-    if (last.number == sources_.size() && !addSource(last.brick, most)) return false;
-  }
-  Source& source = sources_[last.number];
   source.reaches |= kReaches[near];
   const Row on_y{step[1], step[1], step[1], 0}, on_z{step[2], step[2], step[2], 0};
   const Row square{kStepSquare, kStepSquare, kStepSquare, 0};
@@ -180,7 +213,6 @@ bool ReferenceField::add(const ReferencePlane& plane, std::uint64_t most) {
   put_plane(at, plane_of_nodes - on_z + square);
   put_plane(at + Source::kPlane, plane_of_nodes);
   put_plane(at + 2 * Source::kPlane, plane_of_nodes + on_z + square);
-  return true;
 }
 
 // From the source at an offset of bricks, numbered as in Source::reaches, to the nodes of a brick.

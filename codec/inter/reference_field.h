@@ -3,6 +3,7 @@
 // section 4.3).
 #pragma once
 
+#include <isoreel/base/parallel.h>
 #include <isoreel/codec/surface.h>
 
 #include <limits>
@@ -30,13 +31,14 @@ class ReferenceField {
   /// an empty field, when it would take more than `most` bytes: small pieces of a surface, each in bricks of
   /// its own, take up to 10 kilobytes a vertex.
   bool build(std::span<const ReferencePlane> planes,
-             std::uint64_t most = std::numeric_limits<std::uint64_t>::max());
+             std::uint64_t most = std::numeric_limits<std::uint64_t>::max(),
+             const ParallelFor& parallel = serialFor);
   /// Keeps its memory.
   void clear();
   /// Memory beyond the object itself.
   std::uint64_t bytes() const {
-    return map_.bytes() + bytesOf(bricks_) + bytesOf(sources_) + bytesOf(places_) + bytesOf(links_) +
-           bytesOf(first_links_);
+    return map_.bytes() + bytesOf(bricks_) + bytesOf(sources_) + bytesOf(source_of_) + bytesOf(places_) +
+           bytesOf(links_) + bytesOf(first_links_);
   }
 
  private:
@@ -56,6 +58,7 @@ class ReferenceField {
     std::array<std::int32_t, std::size_t{kSide + 2} * kPlane> nodes;
     std::uint32_t
         reaches;  // bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1): the brick at that offset has some of them
+    Source() {}  // leaves them as they are: they are many
   };
   struct Place {
     std::int32_t x, y, z;  // coordinates / 8
@@ -65,15 +68,11 @@ class ReferenceField {
   struct Link {
     std::uint32_t source, offset, next;
   };
-  struct Last {
-    Place brick{-1, -1, -1};
-    std::uint32_t number = 0;
-  };
   static constexpr std::int32_t kWide = kSide + 4;  // a row of a brick's nodes while they are gathered
 
-  std::uint64_t leastBytes(std::span<const ReferencePlane> planes);
-  bool addSource(Place brick, std::uint64_t most);
-  bool add(const ReferencePlane& plane, std::uint64_t most);
+  bool findSources(std::span<const ReferencePlane> planes, std::uint64_t most);
+  void addPlanes(std::span<const ReferencePlane> planes, const ParallelFor& parallel);
+  static void add(const ReferencePlane& plane, Source& source);
   bool link(std::uint64_t most);
   void gather(std::uint32_t number);
   template <std::size_t Offset>
@@ -83,10 +82,10 @@ class ReferenceField {
   BrickMap map_;
   std::vector<Place> places_;
   std::vector<Brick> bricks_;
-  std::vector<Source> sources_;  // of the first bricks
+  std::vector<Source> sources_;           // of the first bricks
+  std::vector<std::uint32_t> source_of_;  // by plane
   std::vector<Link> links_;
   std::vector<std::uint32_t> first_links_;  // by brick
-  std::array<Last, 8> last_;                // the bricks of the last vertices, by their lowest bits
 
  public:
   /// Looks places up; remembers the bricks of the last ones. One for each thread, for a field that stays as

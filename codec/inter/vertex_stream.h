@@ -69,16 +69,20 @@ class MovedPlanes {
 
 /// Fills heights.moved, in profile main (spec codec 11.9).
 inline void moveHeights(const ReferenceField& field, const MotionField& motion, std::span<const Cell> cells,
-                        HeightFrame& heights) {
-  ReferenceField::Cursor cursor(field);
-  CellMotion vectors(motion);
+                        HeightFrame& heights, const ParallelFor& parallel = serialFor) {
   clearFor(heights.moved, cells.size());
   heights.moved.resize(cells.size());
-  for (std::uint32_t i = 0; i < cells.size(); ++i) {
-    if (const auto vector = vectors.at(i, cells[i]))
-      heights.moved[i] =
-          movedHeight(cursor, cells[i], heights.predicted.points[i], heights.predicted.normals[i], *vector);
-  }
+  const std::vector<Surroundings::Run>& runs = heights.around.runs;
+  parallel(runs.size(), [&](std::size_t n) {
+    ReferenceField::Cursor cursor(field);
+    CellMotion vectors(motion);
+    for (std::uint32_t i = runs[n].first; i < runs[n].end; ++i) {
+      if (const auto vector = vectors.at(i, cells[i])) {
+        heights.moved[i] =
+            movedHeight(cursor, cells[i], heights.predicted.points[i], heights.predicted.normals[i], *vector);
+      }
+    }
+  });
 }
 
 /// What an encoder chooses; the decoder's says nothing.

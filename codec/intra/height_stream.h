@@ -27,9 +27,10 @@ struct HeightFrame {
   /// place 0 has nothing.
   std::vector<std::uint64_t> parts;
 
-  void build(std::span<const Cell> cells, const CellIndex& index, const Grid& grid) {
-    around.build(cells, index);
-    predicted.build(cells, around, grid.nodes);
+  void build(std::span<const Cell> cells, const CellIndex& index, const Grid& grid,
+             const ParallelFor& parallel = serialFor) {
+    around.build(cells, index, parallel);
+    predicted.build(cells, around, grid.nodes, parallel);
     moved.clear();
     setSize(heights, cells.size());
     setSize(parts, cells.size() + 1);
@@ -185,49 +186,51 @@ void codeHeights(Coder& coder, HeightModels& models, const HeightWeights& weight
   const std::uint64_t per_step =
       ((std::uint64_t{1} << 32) + static_cast<std::uint32_t>(step) - 1) / static_cast<std::uint32_t>(step);
   for (std::uint32_t colour = 0; colour < 2; ++colour) {
-    const Surroundings::Colour& list = frame.around.colours[colour];
     const HeightWeights::Set plain = models.weights.plain[colour];
     const InputWeights plain_inputs = heights::inputWeights(plain);
     const std::array<HeightWeights::MovedSet, 2> moved_weights = models.weights.moved[colour];
     const std::array<InputWeights, 2> moved_inputs{heights::inputWeights(moved_weights[0]),
                                                    heights::inputWeights(moved_weights[1])};
-    const std::uint32_t* const places = list.cells.data();
-    const std::uint8_t* const counts = list.counts.data();
-    const std::uint32_t* links = list.links.data();
-    const std::size_t count = list.cells.size();
-    for (std::size_t n = 0; n < count; ++n) {
-      const std::uint32_t i = places[n];
-      const heights::Coded coded =
-          heights::around(parts, colour, counts[n], links, tools, all_moved != nullptr);
-      links += Surroundings::linkCount(counts[n]);
-      const SignInputs& inputs = all_inputs[i];
-      const std::int32_t sum =
-          32 + plain[0] * coded.near + plain[1] * coded.far + weighed(inputs, plain_inputs);
-      std::int32_t expected = std::clamp(sum >> 6, -kCell, kCell);
-      HeightContext context{colour, coded.activity, static_cast<std::uint32_t>(inputs.bend),
-                            cells[i].corners};
-      const MovedHeight* const moved = all_moved != nullptr ? all_moved + i : nullptr;
-      std::int32_t residual;
-      if (moved != nullptr && moved->confidence != MovedHeight::kNone) {
-        const std::size_t kind = moved->confidence >= 4;
-        const auto& w = moved_weights[kind];
-        std::int32_t other = 32 + w[0] * coded.near + w[1] * coded.far + weighed(inputs, moved_inputs[kind]);
-        other += w[8] * moved->height + w[9] * coded.near_error + w[10] * coded.far_error;
-        other = std::clamp(other >> 6, -kCell, kCell);
-        context.moved = true;
-        context.confidence = moved->confidence;
-        const auto apart = static_cast<std::uint64_t>(std::abs(other - expected));
-        context.apart = static_cast<std::uint32_t>(std::min<std::uint64_t>(7, 4 * apart * per_step >> 32));
-        expected = other;
-        residual = codeHeightResidual<3>(coder, models, context, choose(i, expected, context));
-      } else {
-        residual = codeHeightResidual<2>(coder, models, context, choose(i, expected, context));
-      }
-      const std::int32_t height = std::clamp(expected + residual * step, -32767, 32767);
-      all_heights[i] = static_cast<std::int16_t>(height);
-      parts[1 + i] = heights::partOf(height, residual, moved);
-      if constexpr (!Coder::kPuts) {
-        if ((n & 4095) == 0 && coder.overrun()) return;
+    for (const Surroundings::Run& run : frame.around.runs) {
+      const Surroundings::Colour& list = run.colours[colour];
+      const std::uint32_t* const places = list.cells.data();
+      const std::uint8_t* const counts = list.counts.data();
+      const std::uint32_t* links = list.links.data();
+      const std::size_t count = list.cells.size();
+      for (std::size_t n = 0; n < count; ++n) {
+        const std::uint32_t i = places[n];
+        const heights::Coded coded =
+            heights::around(parts, colour, counts[n], links, tools, all_moved != nullptr);
+        links += Surroundings::linkCount(counts[n]);
+        const SignInputs& inputs = all_inputs[i];
+        const std::int32_t sum =
+            32 + plain[0] * coded.near + plain[1] * coded.far + weighed(inputs, plain_inputs);
+        std::int32_t expected = std::clamp(sum >> 6, -kCell, kCell);
+        HeightContext context{colour, coded.activity, static_cast<std::uint32_t>(inputs.bend),
+                              cells[i].corners};
+        const MovedHeight* const moved = all_moved != nullptr ? all_moved + i : nullptr;
+        std::int32_t residual;
+        if (moved != nullptr && moved->confidence != MovedHeight::kNone) {
+          const std::size_t kind = moved->confidence >= 4;
+          const auto& w = moved_weights[kind];
+          std::int32_t other = 32 + w[0] * coded.near + w[1] * coded.far + weighed(inputs, moved_inputs[kind]);
+          other += w[8] * moved->height + w[9] * coded.near_error + w[10] * coded.far_error;
+          other = std::clamp(other >> 6, -kCell, kCell);
+          context.moved = true;
+          context.confidence = moved->confidence;
+          const auto apart = static_cast<std::uint64_t>(std::abs(other - expected));
+          context.apart = static_cast<std::uint32_t>(std::min<std::uint64_t>(7, 4 * apart * per_step >> 32));
+          expected = other;
+          residual = codeHeightResidual<3>(coder, models, context, choose(i, expected, context));
+        } else {
+          residual = codeHeightResidual<2>(coder, models, context, choose(i, expected, context));
+        }
+        const std::int32_t height = std::clamp(expected + residual * step, -32767, 32767);
+        all_heights[i] = static_cast<std::int16_t>(height);
+        parts[1 + i] = heights::partOf(height, residual, moved);
+        if constexpr (!Coder::kPuts) {
+          if ((n & 4095) == 0 && coder.overrun()) return;
+        }
       }
     }
   }

@@ -73,40 +73,48 @@ Lanes normalOf(std::uint64_t signs, std::uint8_t corners) {
 }  // namespace
 
 std::uint64_t SignPrediction::bytes() const {
-  return bytesOf(points) + bytesOf(normals) + bytesOf(inputs) + bytesOf(other_) + bytesOf(at_border_);
+  std::uint64_t sum = bytesOf(points) + bytesOf(normals) + bytesOf(inputs) + bytesOf(other_);
+  for (const auto& cells : at_border_) sum += bytesOf(cells);
+  return sum + bytesOf(at_border_);
 }
 
 void SignPrediction::build(std::span<const Cell> cells, const Surroundings& around,
-                           const std::array<std::uint32_t, 3>& nodes) {
+                           const std::array<std::uint32_t, 3>& nodes, const ParallelFor& parallel) {
   const std::size_t count = cells.size();
   setSize(points, count);
   setSize(normals, count);
   setSize(inputs, count);
   setSize(other_, count);
-  at_border_.clear();
-  for (std::size_t i = 0; i < count; ++i) {
-    const Cell& cell = cells[i];
-    points[i] = kStarts[cell.corners];
-    normals[i] = normalOf(around.signs[i], cell.corners);
-    if (cell.x - 1u >= nodes[0] - 3 || cell.y - 1u >= nodes[1] - 3 || cell.z - 1u >= nodes[2] - 3)
-      at_border_.push_back(static_cast<std::uint32_t>(i));
-  }
-  const auto at = [&](std::size_t i) {
-    return CellAround{static_cast<std::uint32_t>(i), around.across[i], around.faces[i]};
-  };
-  for (int round = 0; round < kRounds; ++round) {
-    for (std::size_t i = 0; i < count; ++i) other_[i] = meanAround(points.data(), at(i));
-    // At the grid's border the coordinate across it is kept, or the rim would shrink.
-    for (const std::uint32_t i : at_border_) {
-      const std::array<std::uint32_t, 3> place{cells[i].x, cells[i].y, cells[i].z};
-      for (std::size_t k = 0; k < 3; ++k) {
-        if (place[k] == 0 || place[k] + 2 == nodes[k]) other_[i].v[k] = kStarts[cells[i].corners].v[k];
-      }
+  const std::vector<Surroundings::Run>& runs = around.runs;
+  at_border_.resize(runs.size());
+  parallel(runs.size(), [&](std::size_t n) {
+    at_border_[n].clear();
+    for (std::uint32_t i = runs[n].first; i < runs[n].end; ++i) {
+      const Cell& cell = cells[i];
+      points[i] = kStarts[cell.corners];
+      normals[i] = normalOf(around.signs[i], cell.corners);
+      if (cell.x - 1u >= nodes[0] - 3 || cell.y - 1u >= nodes[1] - 3 || cell.z - 1u >= nodes[2] - 3)
+        at_border_[n].push_back(i);
     }
+  });
+  const auto at = [&](std::uint32_t i) { return CellAround{i, around.across[i], around.faces[i]}; };
+  for (int round = 0; round < kRounds; ++round) {
+    parallel(runs.size(), [&](std::size_t n) {
+      for (std::uint32_t i = runs[n].first; i < runs[n].end; ++i) other_[i] = meanAround(points.data(), at(i));
+      // At the grid's border the coordinate across it is kept, or the rim would shrink.
+      for (const std::uint32_t i : at_border_[n]) {
+        const std::array<std::uint32_t, 3> place{cells[i].x, cells[i].y, cells[i].z};
+        for (std::size_t k = 0; k < 3; ++k) {
+          if (place[k] == 0 || place[k] + 2 == nodes[k]) other_[i].v[k] = kStarts[cells[i].corners].v[k];
+        }
+      }
+    });
     points.swap(other_);
   }
-  for (std::size_t i = 0; i < count; ++i)
-    inputs[i] = inputsOf(points.data(), normals.data(), kStarts[cells[i].corners], at(i));
+  parallel(runs.size(), [&](std::size_t n) {
+    for (std::uint32_t i = runs[n].first; i < runs[n].end; ++i)
+      inputs[i] = inputsOf(points.data(), normals.data(), kStarts[cells[i].corners], at(i));
+  });
 }
 
 }  // namespace isoreel

@@ -23,8 +23,8 @@ struct SignPrediction {
 
   /// `nodes`: of the grid. Keeps its memory from call to call.
   void build(std::span<const Cell> cells, const Surroundings& around,
-             const std::array<std::uint32_t, 3>& nodes);
-  /// Memory beyond the object itself, and the most that build() takes: of the list of cells at the border,
+             const std::array<std::uint32_t, 3>& nodes, const ParallelFor& parallel = serialFor);
+  /// Memory beyond the object itself, and the most that build() takes: of a list of cells at the border,
   /// which doubles as it grows, the old and the new one are there at once.
   std::uint64_t bytes() const;
   static std::uint64_t bytesFor(std::size_t cells) {
@@ -33,7 +33,7 @@ struct SignPrediction {
 
  private:
   std::vector<Lanes> other_;
-  std::vector<std::uint32_t> at_border_;
+  std::vector<std::vector<std::uint32_t>> at_border_;  // by run
 };
 
 }  // namespace isoreel

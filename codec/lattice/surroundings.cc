@@ -133,58 +133,78 @@ std::uint8_t link(const BrickHalo& halo, std::size_t slot, const std::array<std:
   return static_cast<std::uint8_t>(count);
 }
 
+Surroundings::OwnNodes ownNodesOf(std::span<const Cell> cells, const CellIndex::Brick& brick) {
+  Surroundings::OwnNodes own_nodes;
+  for (std::uint32_t i = 0; i < brick.count; ++i) {
+    const Cell& cell = cells[brick.first + i];
+    std::uint32_t corners = cell.corners;
+    if (brick.repeats) {
+      if (i > 0 && sameCell(cell, cells[brick.first + i - 1])) continue;
+      corners = signsOf(cells, brick.first + i);
+    }
+    const unsigned x = cell.x & 3u, y = cell.y & 3u, z = cell.z & 3u;
+    own_nodes.planes[z][1] |= std::uint64_t{kSpread[corners & 15u]} << (x + 8 * y);
+    own_nodes.planes[z + 1][1] |= std::uint64_t{kSpread[corners >> 4]} << (x + 8 * y);
+  }
+  for (std::size_t z = 0; z < 4; ++z) {
+    const std::uint64_t rows = brick.rows >> 16 * z;
+    std::uint64_t corners = (rows & 0xF) | (rows & 0xF0) << 4 | (rows & 0xF00) << 8 | (rows & 0xF000) << 12;
+    corners |= corners << 1;
+    corners |= corners << 8;
+    own_nodes.planes[z][0] |= corners;
+    own_nodes.planes[z + 1][0] |= corners;
+  }
+  return own_nodes;
+}
+
 }  // namespace
 
 std::uint64_t Surroundings::bytes() const {
-  std::uint64_t sum = bytesOf(across) + bytesOf(faces) + bytesOf(signs) + bytesOf(own_nodes_);
-  for (const Colour& colour : colours)
-    sum += bytesOf(colour.cells) + bytesOf(colour.counts) + bytesOf(colour.links);
+  std::uint64_t sum = bytesOf(runs) + bytesOf(across) + bytesOf(faces) + bytesOf(signs) + bytesOf(own_nodes_);
+  for (const Run& run : runs) {
+    for (const Colour& colour : run.colours)
+      sum += bytesOf(colour.cells) + bytesOf(colour.counts) + bytesOf(colour.links);
+  }
   return sum;
 }
 
-void Surroundings::build(std::span<const Cell> cells, const CellIndex& index) {
+void Surroundings::build(std::span<const Cell> cells, const CellIndex& index, const ParallelFor& parallel) {
   setSize(across, cells.size());
   setSize(faces, cells.size());
   setSize(signs, cells.size());
+  const std::size_t bricks = index.bricks().size();
+  setSize(own_nodes_, bricks + 1);  // and those of an empty one
+  forRuns(parallel, bricks + 1, kRun / 8, [&](std::size_t first, std::size_t end) {
+    for (std::size_t number = first; number < end; ++number)
+      own_nodes_[number] = ownNodesOf(cells, index.brickOrEmpty(number));
+  });
+  runs.resize(runCount(cells.size(), kRun));
+  parallel(runs.size(), [&](std::size_t n) {
+    buildRun(cells, index, runStart(n, runs.size(), bricks), runStart(n + 1, runs.size(), bricks), runs[n]);
+  });
+}
+
+// The cells of the bricks from `first_brick` on, before `end_brick`.
+void Surroundings::buildRun(std::span<const Cell> cells, const CellIndex& index, std::size_t first_brick,
+                            std::size_t end_brick, Run& run) {
+  run.first = index.brickOrEmpty(first_brick).first;
+  run.end = end_brick < index.bricks().size() ? index.brickOrEmpty(end_brick).first
+                                              : static_cast<std::uint32_t>(cells.size());
+  if (first_brick == end_brick) run.first = run.end;
+  std::array<Colour, 2>& colours = run.colours;
   for (Colour& colour : colours) {
-    setSize(colour.cells, cells.size());
-    setSize(colour.counts, cells.size());
+    setSize(colour.cells, run.end - run.first);
+    setSize(colour.counts, run.end - run.first);
   }
   // Whether a cell's first sheet is followed by others.
   const auto hasSiblings = [&](std::uint32_t first) {
     return first + 1 < cells.size() && sameCell(cells[first], cells[first + 1]);
   };
   std::array<std::size_t, 2> used{}, listed{};
-  const std::size_t bricks = index.bricks().size();
-  setSize(own_nodes_, bricks + 1);  // and those of an empty one
-  for (std::size_t number = 0; number <= bricks; ++number) {
-    const CellIndex::Brick& brick = index.brickOrEmpty(number);
-    OwnNodes own_nodes;
-    for (std::uint32_t i = 0; i < brick.count; ++i) {
-      const Cell& cell = cells[brick.first + i];
-      std::uint32_t corners = cell.corners;
-      if (brick.repeats) {
-        if (i > 0 && sameCell(cell, cells[brick.first + i - 1])) continue;
-        corners = signsOf(cells, brick.first + i);
-      }
-      const unsigned x = cell.x & 3u, y = cell.y & 3u, z = cell.z & 3u;
-      own_nodes.planes[z][1] |= std::uint64_t{kSpread[corners & 15u]} << (x + 8 * y);
-      own_nodes.planes[z + 1][1] |= std::uint64_t{kSpread[corners >> 4]} << (x + 8 * y);
-    }
-    for (std::size_t z = 0; z < 4; ++z) {
-      const std::uint64_t rows = brick.rows >> 16 * z;
-      std::uint64_t corners = (rows & 0xF) | (rows & 0xF0) << 4 | (rows & 0xF00) << 8 | (rows & 0xF000) << 12;
-      corners |= corners << 1;
-      corners |= corners << 8;
-      own_nodes.planes[z][0] |= corners;
-      own_nodes.planes[z + 1][0] |= corners;
-    }
-    own_nodes_[number] = own_nodes;
-  }
   Nodes nodes;
   BrickHalo halo;
   std::array<std::array<std::uint8_t, 4 * 32>, 2> slots;  // of the brick's vertices, by colour
-  for (std::size_t number = 0; number < bricks; ++number) {
+  for (std::size_t number = first_brick; number < end_brick; ++number) {
     const CellIndex::Brick& brick = index.bricks()[number];
     halo.gather(index.owns(), index.around(number));
     nodes.gather(own_nodes_.data(), index.around(number));

@@ -3,6 +3,8 @@
 // the signs of 4×4×4 nodes (spec codec 11.1, 11.4).
 #pragma once
 
+#include <isoreel/base/parallel.h>
+
 #include <array>
 #include <cstdint>
 #include <span>
@@ -10,6 +12,7 @@
 
 #include "lattice/brick_halo.h"
 #include "lattice/cell_index.h"
+#include "lattice/runs.h"
 
 namespace isoreel {
 
@@ -24,7 +27,7 @@ struct Surroundings {
   /// (y + 1) + 16 (z + 1). Outside the grid: that of the nearest node in it.
   std::vector<std::uint64_t> signs;
 
-  /// The cells of one parity of x + y + z, in order, and for each its links.
+  /// The cells of one parity of x + y + z in a run, in order, and for each its links.
   struct Colour {
     std::vector<std::uint32_t> cells;
     /// Even cells: how many of the cells that differ by 1 in two coordinates come earlier. Odd cells: in bits
@@ -34,8 +37,14 @@ struct Surroundings {
     std::vector<std::uint32_t> links;
   };
   static std::uint32_t linkCount(std::uint8_t count) { return (count & 15u) + (count >> 4); }
-  /// Even, then odd: no two odd cells are linked.
-  std::array<Colour, 2> colours;
+  /// The cells of some bricks, one after the other.
+  struct Run {
+    std::uint32_t first = 0, end = 0;  // their places
+    /// Even, then odd: no two odd cells are linked.
+    std::array<Colour, 2> colours;
+  };
+  /// All cells; how they are cut into runs says nothing.
+  std::vector<Run> runs;
 
   /// What a brick's own cells say of its nodes from 0 to 4: by z, those that are known, then those inside;
   /// bit x + 8y.
@@ -45,18 +54,24 @@ struct Surroundings {
 
   /// `cells`: the active cells of a surface in Morton order, or their sheets; `index` is theirs. Keeps its
   /// memory from call to call.
-  void build(std::span<const Cell> cells, const CellIndex& index);
+  void build(std::span<const Cell> cells, const CellIndex& index, const ParallelFor& parallel = serialFor);
   /// Memory beyond the object itself.
   std::uint64_t bytes() const;
   /// The most that build() takes. Of two colours' links that double as they grow, the old and the new ones
-  /// are there at once, 14 a cell at most.
+  /// are there at once, 14 a cell at most, and room for 65536 bytes more in each run.
   static std::uint64_t bytesFor(std::size_t cells, std::size_t bricks) {
     constexpr std::size_t kPerCell = sizeof(std::array<std::uint32_t, 6>) + 1 + sizeof(std::uint64_t);
     constexpr std::size_t kLists = 2 * (sizeof(std::uint32_t) + 1) + 3 * 14 * sizeof(std::uint32_t);
-    return cells * (kPerCell + kLists) + 65536 + roomFor(bricks + 1) * sizeof(OwnNodes);
+    return cells * (kPerCell + kLists) + runCount(cells, kRun) * 65536 +
+           roomFor(bricks + 1) * sizeof(OwnNodes);
   }
 
  private:
+  static constexpr std::size_t kRun = 4096;  // cells, about
+
+  void buildRun(std::span<const Cell> cells, const CellIndex& index, std::size_t first_brick,
+                std::size_t end_brick, Run& run);
+
   std::vector<OwnNodes> own_nodes_;  // by number of brick, while building
 };
 

@@ -103,6 +103,7 @@ TEST(Surroundings, AreWhatTheBitmapSays) {
     index.build(cells);
     Surroundings around;
     around.build(cells, index);
+    ASSERT_EQ(around.runs.size(), 1u);  // these are small
     const auto& nodes = m.volume.grid.nodes;
     const auto sign = [&](std::int64_t x, std::int64_t y, std::int64_t z) {
       const auto limited = [&](std::int64_t v, std::size_t k) {
@@ -117,7 +118,7 @@ TEST(Surroundings, AreWhatTheBitmapSays) {
         ASSERT_EQ(around.signs[i] >> node & 1,
                   sign(c.x + (node & 3) - 1, c.y + (node >> 2 & 3) - 1, c.z + (node >> 4) - 1));
       }
-      const auto& list = around.colours[static_cast<std::size_t>(c.x + c.y + c.z) & 1];
+      const auto& list = around.runs[0].colours[static_cast<std::size_t>(c.x + c.y + c.z) & 1];
       ASSERT_EQ(list.cells[seen[static_cast<std::size_t>(c.x + c.y + c.z) & 1]++], i);
       for (std::size_t face = 0; face < 6; ++face) {
         std::array<std::int32_t, 3> to{c.x, c.y, c.z};

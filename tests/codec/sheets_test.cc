@@ -236,7 +236,8 @@ TEST(Surroundings, OfSheetsAreJoined) {
     }
   }
   EXPECT_GT(found, sheets.size());
-  for (const Surroundings::Colour& colour : around.colours) {
+  ASSERT_EQ(around.runs.size(), 1u);
+  for (const Surroundings::Colour& colour : around.runs[0].colours) {
     const std::uint32_t* link = colour.links.data();
     for (const std::uint8_t count : colour.counts) {
       for (std::uint32_t n = 0; n < Surroundings::linkCount(count); ++n) EXPECT_LT(*link++, sheets.size());

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <isoreel/base/parallel.h>
 #include <isoreel/codec/cell.h>
 #include <isoreel/codec/motion_block.h>
 #include <isoreel/codec/packet_header.h>
@@ -38,6 +39,8 @@ struct DecodeOptions {
 class Decoder {
  public:
   Decoder();
+  /// With `parallel`, parts of each packet are decoded side by side; the surfaces are the same.
+  explicit Decoder(ParallelFor parallel);
   Decoder(const Decoder&);
   Decoder& operator=(const Decoder&);
   Decoder(Decoder&&) noexcept;

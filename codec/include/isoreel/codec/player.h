@@ -24,8 +24,9 @@ class Player {
   static constexpr std::uint64_t kCacheBytes = std::uint64_t{256} << 20;
 
   /// `source` must outlive the player. `cache_bytes` bounds what is kept beyond the surface that is given and
-  /// the decoder at work; 0 keeps nothing.
-  explicit Player(PacketSource& source, std::uint64_t cache_bytes = kCacheBytes);
+  /// the decoder at work; 0 keeps nothing. `parallel`: as Decoder takes it.
+  explicit Player(PacketSource& source, std::uint64_t cache_bytes = kCacheBytes,
+                  ParallelFor parallel = serialFor);
   Player(Player&&) noexcept;
   ~Player();
 
