@@ -81,7 +81,7 @@ Status compare(const CompareOptions& options) {
   const ThreadLimit limit(options.jobs);
   const Inside inside = input.configuration.inside;
   Progress progress("compare", range.size());
-  Player player(*input.packets, 0);  // forward only: nothing is asked for again
+  Player player(*input.packets, 0, parallelWithin);  // forward only: nothing is asked for again
   std::uint64_t next = range.begin;
   Mean volume_mean, extracted_mean;
   Json frames = Json::array();

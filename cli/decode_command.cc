@@ -193,7 +193,7 @@ Status decode(const DecodeCommandOptions& options) {
   if (!options.discard) ISOREEL_TRY(frames->mayWriteAll(options.output, options.force));
   const ThreadLimit limit(options.jobs);
   Progress progress("decode", frames->total());
-  tbb::enumerable_thread_specific<Decoder> decoders;
+  tbb::enumerable_thread_specific<Decoder> decoders{Decoder(parallelWithin)};
   std::uint64_t count = 0, vertices = 0, faces = 0;
   std::vector<io::SeriesFrame> series;
   const auto secondsOf = [base = frames->timeBase()](const FrameHeader& header) {

@@ -66,7 +66,7 @@ Status EncodeRun::encode(Gop& gop, std::uint32_t step) {
 
 /// Tells each frame's distance in its header.
 Result<EncodeRun::Worst> EncodeRun::measureAll(Gop& gop) {
-  Decoder decoder;
+  Decoder decoder(parallelWithin);
   Worst worst;
   for (std::size_t i = 0; i < gop.frames.size(); ++i) {
     if (interrupted) return {ErrorCode::kIo, "interrupted"};

@@ -62,7 +62,7 @@ struct GopItem {
 
 /// `path`: for errors.
 Status describe(GopItem& item, const std::string& path) {
-  Decoder decoder;
+  Decoder decoder(parallelWithin);
   const bool predicts =
       item.gop.packets.size() > 1 || item.gop.packets.front().header.type == PacketType::kPredicted;
   for (const Packet& packet : item.gop.packets) {

@@ -7,6 +7,7 @@
 #include <tbb/info.h>
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_pipeline.h>
+#include <tbb/task_arena.h>
 
 #include <functional>
 #include <memory>
@@ -33,6 +34,12 @@ class ThreadLimit {
 /// oneTBB's parallel_for, as the library takes it.
 inline void parallelFor(std::size_t count, const std::function<void(std::size_t)>& body) {
   tbb::parallel_for(std::size_t{0}, count, body);
+}
+
+/// The same for what is done within a frame while others are under way: a thread that waits takes up none of
+/// those.
+inline void parallelWithin(std::size_t count, const std::function<void(std::size_t)>& body) {
+  tbb::this_task_arena::isolate([&] { parallelFor(count, body); });
 }
 
 /// Runs each frame through read (in order, one at a time), work (any thread, any order) and write (in order,

@@ -56,7 +56,7 @@ Result<Recoded> recode(PacketSource& packets, const Cut& cut) {
   std::uint64_t end = cut.begin + 1;
   while (end < cut.end && packets.entryHeader(end).back != 0) ++end;
   std::optional<Encoder> encoder;
-  Decoder decoder, check;
+  Decoder decoder(parallelWithin), check(parallelWithin);
   Deviation deviation;
   packets.willRead(cut.begin, end);
   for (std::uint64_t entry = cut.begin; entry < end; ++entry) {

@@ -36,7 +36,7 @@ Result<Scene> Scene::open(const RenderOptions& options) {
     warnOfDamage(input.info, path);
     if (input.packets->frameCount() == 0) return {ErrorCode::kNotFound, path + ": holds no frame"};
     Source source{path, std::move(input), nullptr, {}};
-    source.player = std::make_unique<Player>(*source.input.packets, 0);  // forward only
+    source.player = std::make_unique<Player>(*source.input.packets, 0, parallelWithin);  // forward only
     source.decode = optionsOf(options.level, source.input.configuration.grid);
     scene.sources_.push_back(std::move(source));
   }

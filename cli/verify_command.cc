@@ -143,7 +143,7 @@ Status verifyPackets(const VerifyOptions& options, const Configuration& configur
   return forEachFrame<Item>(
       options.jobs, [&](Item& item) { return gops.next(item.gop); },
       [&](Item& item) -> Status {
-        Decoder decoder;
+        Decoder decoder(parallelWithin);
         for (const Packet& packet : item.gop.packets)
           item.statuses.push_back(checkFrame(decoder, packet, configuration));
         return {};
@@ -206,7 +206,7 @@ void verifyRest(const VerifyOptions& options, Findings& findings) {
   Result<Input> input = openInput(options.input, options.track);
   if (!input || input->info.bytes == 0) return;
   for (const std::string& line : input->info.damage) findings.add({ErrorCode::kBadData, line});
-  Decoder decoder;
+  Decoder decoder(parallelWithin);
   for (std::uint64_t i = findings.in_track; i < input->packets->entryCount() && !interrupted; ++i) {
     Packet packet{input->packets->entryHeader(i), {}};
     Result<Bytes> data = input->packets->entryPacket(i);

@@ -81,7 +81,8 @@ HeightWeights fitHeights(const HeightFrame& frame, std::uint32_t tools, double s
         example.inputs[0] = static_cast<double>(coded.near) / kCell;
         example.inputs[1] = static_cast<double>(coded.far) / kCell;
         for (std::size_t k = 0; k < SignInputs::kCount; ++k)
-          example.inputs[static_cast<int>(k) + 2] = static_cast<double>(frame.predicted.inputs[i].v[k]) / kCell;
+          example.inputs[static_cast<int>(k) + 2] =
+              static_cast<double>(frame.predicted.inputs[i].v[k]) / kCell;
         examples.push_back(example);
         if (frame.moved.empty() || frame.moved[i].confidence == MovedHeight::kNone) continue;
         Example<HeightWeights::kMovedInputs> other;

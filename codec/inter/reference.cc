@@ -54,13 +54,14 @@ void Reference::addNormal(const Surface& surface, const Quad& quad, const Chosen
 void Reference::setPlanes(const Surface& surface, std::span<const Cell> cells, const ParallelFor& parallel) {
   setSize(planes_, surface.vertices.size());
   const std::size_t runs = runCount(planes_.size(), 4096);
-  // A run has the quads whose first corner is among its vertices, and some more, should these not be in order.
+  // A run has the quads whose first corner is among its vertices, and some more, should these not be in
+  // order.
   std::vector<std::size_t> first_quads{0};
   for (std::size_t n = 1; n < runs; ++n) {
     const std::size_t first = runStart(n, runs, planes_.size());
-    const auto found = std::partition_point(
-        surface.quads.begin() + static_cast<std::ptrdiff_t>(first_quads.back()), surface.quads.end(),
-        [&](const Quad& quad) { return quad[0] < first; });
+    const auto found =
+        std::partition_point(surface.quads.begin() + static_cast<std::ptrdiff_t>(first_quads.back()),
+                             surface.quads.end(), [&](const Quad& quad) { return quad[0] < first; });
     first_quads.push_back(static_cast<std::size_t>(found - surface.quads.begin()));
   }
   first_quads.push_back(surface.quads.size());
@@ -69,7 +70,8 @@ void Reference::setPlanes(const Surface& surface, std::span<const Cell> cells, c
     const std::size_t first = runStart(n, runs, planes_.size()), end = runStart(n + 1, runs, planes_.size());
     for (std::size_t i = first; i < end; ++i) planes_[i] = {surface.vertices[i], {}};
     for (std::size_t q = first_quads[n]; q < first_quads[n + 1]; ++q)
-      addNormal(surface, surface.quads[q], [&](std::uint32_t corner) { return corner - first < end - first; });
+      addNormal(surface, surface.quads[q],
+                [&](std::uint32_t corner) { return corner - first < end - first; });
   });
   for (std::size_t n = 0; n < (runs > 1 ? runs : 0); ++n) {
     const std::size_t first = runStart(n, runs, planes_.size()), end = runStart(n + 1, runs, planes_.size());

@@ -101,8 +101,7 @@ bool ReferenceField::findSources(std::span<const ReferencePlane> planes, std::ui
     std::array<std::int32_t, 3> brick{};
     for (std::size_t k = 0; k < 3; ++k)
       brick[k] = ((planes[i].position[k] + kCell / 2) >> kPositionBits) >> kSideLog2;
-    Last& last =
-        lasts[static_cast<std::size_t>((brick[0] & 1) | (brick[1] & 1) << 1 | (brick[2] & 1) << 2)];
+    Last& last = lasts[static_cast<std::size_t>((brick[0] & 1) | (brick[1] & 1) << 1 | (brick[2] & 1) << 2)];
     if (((brick[0] ^ last.brick.x) | (brick[1] ^ last.brick.y) | (brick[2] ^ last.brick.z)) != 0) {
       if (places_.size() == places_.capacity()) {
         const std::size_t next = places_.size() + places_.size() / 2 + 16;

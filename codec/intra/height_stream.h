@@ -213,7 +213,8 @@ void codeHeights(Coder& coder, HeightModels& models, const HeightWeights& weight
         if (moved != nullptr && moved->confidence != MovedHeight::kNone) {
           const std::size_t kind = moved->confidence >= 4;
           const auto& w = moved_weights[kind];
-          std::int32_t other = 32 + w[0] * coded.near + w[1] * coded.far + weighed(inputs, moved_inputs[kind]);
+          std::int32_t other =
+              32 + w[0] * coded.near + w[1] * coded.far + weighed(inputs, moved_inputs[kind]);
           other += w[8] * moved->height + w[9] * coded.near_error + w[10] * coded.far_error;
           other = std::clamp(other >> 6, -kCell, kCell);
           context.moved = true;

@@ -100,7 +100,8 @@ void SignPrediction::build(std::span<const Cell> cells, const Surroundings& arou
   const auto at = [&](std::uint32_t i) { return CellAround{i, around.across[i], around.faces[i]}; };
   for (int round = 0; round < kRounds; ++round) {
     parallel(runs.size(), [&](std::size_t n) {
-      for (std::uint32_t i = runs[n].first; i < runs[n].end; ++i) other_[i] = meanAround(points.data(), at(i));
+      for (std::uint32_t i = runs[n].first; i < runs[n].end; ++i)
+        other_[i] = meanAround(points.data(), at(i));
       // At the grid's border the coordinate across it is kept, or the rim would shrink.
       for (const std::uint32_t i : at_border_[n]) {
         const std::array<std::uint32_t, 3> place{cells[i].x, cells[i].y, cells[i].z};

@@ -14,7 +14,9 @@ constexpr std::size_t runCount(std::size_t count, std::size_t least) {
   return std::clamp<std::size_t>(count / least, 1, 64);
 }
 /// Where the n-th of them begins; the last ends where one more would begin.
-constexpr std::size_t runStart(std::size_t n, std::size_t runs, std::size_t count) { return n * count / runs; }
+constexpr std::size_t runStart(std::size_t n, std::size_t runs, std::size_t count) {
+  return n * count / runs;
+}
 
 /// body(first, end) for runs of about `least` elements or more, on any threads.
 template <class Body>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
+#include "lattice/cell_index.h"
 #include "lattice/sign_tables.h"
 #include "made.h"
 #include "packets.h"
@@ -276,6 +277,39 @@ TEST(Refuses, PacketsThatSayOneThingAndHoldAnother) {
   parts.header.references = {1};
   ASSERT_TRUE(decoder.decode(packet.data).ok());
   EXPECT_FALSE(decoder.decode(made::joined(parts)).ok());
+}
+
+// Surfaces, their cells and damage are the same however many threads are at it.
+TEST(Threads, DecodeTheSame) {
+  for (const Profile profile : {Profile::kClassic, Profile::kMain}) {
+    EncoderSettings settings = made::settings(made::large(), kCell / 8);
+    settings.configuration.profile = profile;
+    settings.frame_types = FrameTypes::kAuto;
+    settings.heights.fit_triangles = settings.heights.weigh_rate = false;
+    auto encoder = Encoder::create(settings);
+    std::vector<Packet> packets;
+    for (int t = 0; t < 3; ++t)
+      packets.push_back(*encoder->encode(made::large(0.2 * t).volume, {packets.size(), 0, 1, 0}));
+    ASSERT_EQ(packets[2].header.type, PacketType::kPredicted);
+    ASSERT_GT(packets[0].header.vertices, 8192u);
+    Decoder serial, threaded(made::threadedFor);
+    for (const Packet& packet : packets) {
+      const Surface surface = *serial.decode(packet.data);
+      Decoder copy = threaded;
+      for (Decoder* decoder : {&threaded, &copy}) {
+        const Surface same = *decoder->decode(packet.data);
+        EXPECT_EQ(same.vertices, surface.vertices);
+        EXPECT_EQ(same.quads, surface.quads);
+        EXPECT_TRUE(std::ranges::equal(decoder->cells(), serial.cells(), [](const Cell& a, const Cell& b) {
+          return sameCell(a, b) && a.corners == b.corners;
+        }));
+      }
+      Bytes damaged = packet.data;
+      damaged[damaged.size() - 100] ^= 1;
+      EXPECT_EQ(Decoder(copy).decode(damaged).error().message,
+                Decoder(serial).decode(damaged).error().message);
+    }
+  }
 }
 
 TEST(Extension, UnknownSectionsAndLongerHeadersAreSkipped) {

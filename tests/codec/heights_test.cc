@@ -94,7 +94,9 @@ TEST(Mixer, NoDecisionOfAVertexIsCheaperThanAVertexMayBe) {
 }
 
 TEST(Surroundings, AreWhatTheBitmapSays) {
-  for (const made::Made& m : made::all()) {
+  std::vector<made::Made> all = made::all();
+  all.push_back(made::large());
+  for (const made::Made& m : all) {
     SCOPED_TRACE(m.name);
     const SignBitmap bitmap =
         *SignBitmap::make(m.volume, m.isovalue, m.inside, NonFinite::kOutside, serialFor);
@@ -102,8 +104,10 @@ TEST(Surroundings, AreWhatTheBitmapSays) {
     CellIndex index;
     index.build(cells);
     Surroundings around;
-    around.build(cells, index);
-    ASSERT_EQ(around.runs.size(), 1u);  // these are small
+    around.build(cells, index, made::threadedFor);
+    ASSERT_TRUE(around.runs.size() > 1 || m.name != "large");
+    ASSERT_EQ(around.runs.back().end, cells.size());
+    std::size_t run = 0;
     const auto& nodes = m.volume.grid.nodes;
     const auto sign = [&](std::int64_t x, std::int64_t y, std::int64_t z) {
       const auto limited = [&](std::int64_t v, std::size_t k) {
@@ -118,7 +122,11 @@ TEST(Surroundings, AreWhatTheBitmapSays) {
         ASSERT_EQ(around.signs[i] >> node & 1,
                   sign(c.x + (node & 3) - 1, c.y + (node >> 2 & 3) - 1, c.z + (node >> 4) - 1));
       }
-      const auto& list = around.runs[0].colours[static_cast<std::size_t>(c.x + c.y + c.z) & 1];
+      if (i == around.runs[run].end) {
+        ASSERT_EQ(around.runs[++run].first, i);
+        seen = {};
+      }
+      const auto& list = around.runs[run].colours[static_cast<std::size_t>(c.x + c.y + c.z) & 1];
       ASSERT_EQ(list.cells[seen[static_cast<std::size_t>(c.x + c.y + c.z) & 1]++], i);
       for (std::size_t face = 0; face < 6; ++face) {
         std::array<std::int32_t, 3> to{c.x, c.y, c.z};
@@ -132,7 +140,8 @@ TEST(Surroundings, AreWhatTheBitmapSays) {
         ASSERT_EQ(around.faces[i] >> face & 1, taken);
       }
     }
-    EXPECT_EQ(seen[0] + seen[1], cells.size());
+    EXPECT_EQ(seen[0] + seen[1], around.runs[run].end - around.runs[run].first);
+    EXPECT_EQ(run + 1, around.runs.size());
   }
 }
 

@@ -69,13 +69,24 @@ Volume noise(const Grid& grid, std::uint64_t seed) {
   return sampled(grid, [&](double, double, double) { return nearlyNormal(random); });
 }
 
+namespace {
+
+double gyroid(double x, double y, double z) {
+  const double k = 2 * std::numbers::pi / 12;
+  return std::sin(k * x) * std::cos(k * y) + std::sin(k * y) * std::cos(k * z) +
+         std::sin(k * z) * std::cos(k * x);
+}
+
+}  // namespace
+
+Made large(double shift) {
+  return {"large", sampled(gridOf(40, 36, 38), [shift](double x, double y, double z) {
+            return gyroid(x + shift, y, z + shift / 2);
+          })};
+}
+
 const std::vector<Made>& all() {
   static const std::vector<Made> made = [] {
-    const auto gyroid = [](double x, double y, double z) {
-      const double k = 2 * std::numbers::pi / 12;
-      return std::sin(k * x) * std::cos(k * y) + std::sin(k * y) * std::cos(k * z) +
-             std::sin(k * z) * std::cos(k * x);
-    };
     const auto touching = [](double x, double y, double z) {
       return std::min(sphere(9, 10, 10, 6)(x, y, z), sphere(21, 10, 10, 6)(x, y, z));
     };

@@ -44,6 +44,8 @@ Volume noise(const Grid& grid, std::uint64_t seed);
 
 /// One of each kind of surface and of grid. Small enough to go through all of them in every property.
 const std::vector<Made>& all();
+/// As large as tests get: enough cells for the threads of a frame to have some each.
+Made large(double shift = 0);
 /// The one of that name.
 const Made& named(const std::string& name);
 

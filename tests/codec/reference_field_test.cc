@@ -136,9 +136,9 @@ TEST(ReferenceField, IsItsDefinition) {
     std::int32_t low, side;  // cells
     int planes;
   };
-  // Around the origin, a brick's border at 16, the last cell of the largest grid.
+  // Around the origin, a brick's border at 16, the last cell of the largest grid; enough for several threads.
   for (const auto& [low, side, count] :
-       {Case{0, 3, 12}, {0, 20, 400}, {13, 6, 150}, {14, 4, 8}, {65529, 6, 90}}) {
+       {Case{0, 3, 12}, {0, 20, 400}, {13, 6, 150}, {14, 4, 8}, {65529, 6, 90}, {10, 9, 9000}}) {
     std::vector<ReferencePlane> planes;
     for (int i = 0; i < count; ++i) {
       ReferencePlane plane;
@@ -157,7 +157,7 @@ TEST(ReferenceField, IsItsDefinition) {
       planes.push_back(plane);
     }
     ReferenceField field;
-    field.build(planes);
+    field.build(planes, std::numeric_limits<std::uint64_t>::max(), made::threadedFor);
     ReferenceField::Cursor cursor(field);
     int known = 0;
     const std::int32_t first = low - 2, nodes = side + 6;
@@ -268,6 +268,27 @@ TEST(Reference, HasPlanesThatTouchItsSurfaceAndTheDistanceFromIt) {
   }
   EXPECT_EQ(known, near);
   EXPECT_GT(near, 1500);
+}
+
+TEST(Reference, IsTheSameForAnyThreadsAndOrderOfQuads) {
+  const made::Made m = made::large();
+  Surface surface = *extractSurface(m.volume, m.isovalue, m.inside);
+  const auto cells =
+      SignBitmap::make(m.volume, m.isovalue, m.inside, NonFinite::kRefuse, serialFor)->activeCells(serialFor);
+  const auto planesOf = [&](const ParallelFor& parallel) {
+    Reference reference;
+    reference.build(surface, cells, parallel);
+    std::vector<std::array<std::int32_t, 3>> normals;
+    for (const ReferencePlane& plane : reference.planes()) normals.push_back(plane.normal);
+    return normals;
+  };
+  const auto serial = planesOf(serialFor);
+  ASSERT_GT(serial.size(), 8192u);
+  EXPECT_EQ(planesOf(made::threadedFor), serial);
+  made::Random random(6);
+  for (std::size_t i = surface.quads.size(); i > 1; --i)
+    std::swap(surface.quads[i - 1], surface.quads[random() % i]);
+  EXPECT_EQ(planesOf(made::threadedFor), serial);
 }
 
 TEST(Reference, HasItsFieldOnceAsked) {

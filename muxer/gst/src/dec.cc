@@ -21,16 +21,18 @@
 #include "gop_packets.h"
 #include "lateness.h"
 #include "mesh.h"
+#include "threads.h"
 
 namespace isoreel::gst {
 namespace {
 
-enum Property : guint { kCoarser = 1, kQos, kMaxCoarser };
+enum Property : guint { kCoarser = 1, kQos, kMaxCoarser, kJobs };
 
 struct Settings {
   gint coarser = 0;
   gboolean qos = TRUE;
   gint max_coarser = 2;
+  gint jobs = 0;
 };
 
 struct State {
@@ -41,6 +43,7 @@ struct State {
   // The streaming thread's.
   GstSegment segment{};
   Configuration configuration;  // of the last key
+  ParallelFor parallel = serialFor;
   Decoder decoder;
   bool waiting = true;  // for a key
   bool discont = true;  // the next mesh does not follow on the one before
@@ -111,7 +114,7 @@ std::uint32_t levelOf(const State& state, int coarser) {
 GstFlowReturn leaveOut(Element* element, const Status& status) {
   State& state = *element->state;
   state.waiting = state.discont = true;
-  state.decoder = Decoder();
+  state.decoder = Decoder(state.parallel);
   if (status.error().code == ErrorCode::kUnsupported) {
     postError(GST_ELEMENT(element), status);
     return GST_FLOW_ERROR;
@@ -156,7 +159,7 @@ GstFlowReturn decode(Element* element, const TimedPacket& timed) {
 GstFlowReturn playBackward(Element* element) {
   State& state = *element->state;
   GstFlowReturn flow = GST_FLOW_OK;
-  Player player(state.gop);
+  Player player(state.gop, Player::kCacheBytes, state.parallel);
   std::optional<DecodeOptions> options;  // the same for all, or what the player keeps would be of no use
   int coarser = 0;
   bool damaged = false;
@@ -221,7 +224,7 @@ bool setCaps(Element* element, GstCaps* coded) {
 
 void reset(Element* element) {
   State& state = *element->state;
-  state.decoder = Decoder();
+  state.decoder = Decoder(state.parallel);
   state.waiting = state.discont = true;
   state.gop.clear();
   gst_segment_init(&state.segment, GST_FORMAT_UNDEFINED);
@@ -277,6 +280,10 @@ GstStateChangeReturn changeState(GstElement* base, GstStateChange change) {
   Element* element = self(base);
   State& state = *element->state;
   if (change == GST_STATE_CHANGE_READY_TO_PAUSED) {
+    GST_OBJECT_LOCK(element);
+    const int jobs = state.settings.jobs;
+    GST_OBJECT_UNLOCK(element);
+    state.parallel = threads(jobs);
     reset(element);
     state.shown = false;
     state.damage.reset();
@@ -297,6 +304,7 @@ void setProperty(GObject* object, guint id, const GValue* value, GParamSpec*) {
   if (id == kCoarser) settings.coarser = g_value_get_int(value);
   if (id == kQos) settings.qos = g_value_get_boolean(value);
   if (id == kMaxCoarser) settings.max_coarser = g_value_get_int(value);
+  if (id == kJobs) settings.jobs = g_value_get_int(value);
   GST_OBJECT_UNLOCK(object);
 }
 
@@ -306,6 +314,7 @@ void getProperty(GObject* object, guint id, GValue* value, GParamSpec*) {
   if (id == kCoarser) g_value_set_int(value, settings.coarser);
   if (id == kQos) g_value_set_boolean(value, settings.qos);
   if (id == kMaxCoarser) g_value_set_int(value, settings.max_coarser);
+  if (id == kJobs) g_value_set_int(value, settings.jobs);
   GST_OBJECT_UNLOCK(object);
 }
 
@@ -358,6 +367,12 @@ void installDecoderProperties(GObjectClass* klass) {
       g_param_spec_int("max-coarser", "Most coarser",
                        "With qos: levels that are left out of late frames before any are dropped", 0, 16,
                        Settings{}.max_coarser, kFlags));
+  g_object_class_install_property(
+      klass, kJobs,
+      g_param_spec_int(
+          "jobs", "Jobs", "Threads for a frame, from the next start on; 0: one a core", 0, 256,
+          Settings{}.jobs,
+          static_cast<GParamFlags>(G_PARAM_READWRITE | G_PARAM_STATIC_STRINGS | GST_PARAM_MUTABLE_READY)));
 }
 
 GType decoderType() {

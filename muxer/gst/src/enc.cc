@@ -18,8 +18,6 @@
 #include "enc.h"
 
 #include <isoreel/codec/encoder.h>
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
 
 #include <bit>
 #include <memory>
@@ -29,6 +27,7 @@
 #include "frame_meta.h"
 #include "numbers.h"
 #include "packet_caps.h"
+#include "threads.h"
 #include "volume_caps.h"
 
 namespace isoreel::gst {
@@ -73,13 +72,6 @@ struct State {
 };
 
 Element* self(gpointer element) { return static_cast<Element*>(element); }
-
-ParallelFor threads(int jobs) {
-  const auto arena = std::make_shared<tbb::task_arena>(jobs > 0 ? jobs : int{tbb::task_arena::automatic});
-  return [arena](std::size_t count, const std::function<void(std::size_t)>& body) {
-    arena->execute([&] { tbb::parallel_for(std::size_t{0}, count, body); });
-  };
-}
 
 /// The unit of times: what the caps say, a frame, or a nanosecond.
 TimeBase timeBase(const VolumeFormat& format) {
