@@ -117,8 +117,9 @@ bool ReferenceField::findSources(std::span<const ReferencePlane> planes, std::ui
     }
     source_of_[i] = last.number;
   }
-  if (bytes() + roomFor(places_.size()) * (sizeof(Source) + sizeof(Brick)) > most) return false;
-  setSize(sources_, places_.size());
+  if (bytes() + places_.size() * (sizeof(Source) + sizeof(Brick)) > most) return false;
+  clearFor(sources_, places_.size());  // no more than these: they are large
+  sources_.resize(places_.size());
   return true;
 }
 
