@@ -29,7 +29,7 @@ constexpr double kWeighedStep = 0.7;
 
 // A predicted frame with less than this part of the bytes a vertex that the last one took by itself is the
 // smaller one.
-constexpr double kNoDoubt = 0.85;
+constexpr double kNoDoubt = 0.95;
 
 /// Squared distances of decoded vertices from the extractor's, in cells squared.
 struct Errors {

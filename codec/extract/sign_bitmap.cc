@@ -3,10 +3,65 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
+#include <cstring>
 #include <limits>
 #include <optional>
 
 namespace isoreel {
+namespace {
+
+/// isInside() for up to 64 samples at once.
+class Comparison {
+ public:
+  Comparison(double isovalue, Inside inside) : isovalue_(isovalue), inside_(inside) {
+    // A float is below a number when it is below the least float that is not.
+    side_ = inside == Inside::kBelow ? 1.0f : -1.0f;
+    limit_ = side_ * static_cast<float>(isovalue);
+    if (static_cast<double>(limit_) < static_cast<double>(side_) * isovalue)
+      limit_ = std::nextafter(limit_, std::numeric_limits<float>::infinity());
+  }
+
+  /// A bit for each; sets `bad` when one is not finite.
+  std::uint64_t operator()(const float* samples, std::size_t count, bool& bad) const {
+    Four inside{}, strange{};
+    std::size_t i = 0;
+    for (; i + 4 <= count; i += 4) {
+      FourFloats v;
+      std::memcpy(&v, samples + i, sizeof v);
+      const Four finite = v - v == 0.0f;
+      inside |= (v * side_ < limit_) & finite & (1 << i / 4);
+      strange |= ~finite;
+    }
+    std::uint64_t bits = 0;
+    for (std::size_t lane = 0; lane < 4; ++lane)
+      bits |= everyFourth(static_cast<std::uint32_t>(inside[lane])) << lane;
+    for (; i < count; ++i) {
+      bits |= std::uint64_t{isInside(samples[i], isovalue_, inside_)} << i;
+      bad |= !(samples[i] - samples[i] == 0.0f);
+    }
+    bad |= (strange[0] | strange[1] | strange[2] | strange[3]) != 0;
+    return bits;
+  }
+
+ private:
+  using FourFloats = float __attribute__((vector_size(16)));
+  using Four = std::int32_t __attribute__((vector_size(16)));
+
+  /// 16 bits, put at 0, 4, 8 and so on.
+  static std::uint64_t everyFourth(std::uint64_t bits) {
+    bits = (bits | bits << 24) & 0x000000FF000000FF;
+    bits = (bits | bits << 12) & 0x000F000F000F000F;
+    bits = (bits | bits << 6) & 0x0303030303030303;
+    return (bits | bits << 3) & 0x1111111111111111;
+  }
+
+  double isovalue_;
+  Inside inside_;
+  float side_, limit_;
+};
+
+}  // namespace
 
 SignBitmap SignBitmap::empty(const std::array<std::uint32_t, 3>& nodes) {
   SignBitmap result;
@@ -68,16 +123,14 @@ Result<SignBitmap> SignBitmap::make(const Volume& volume, double isovalue, Insid
   SignBitmap result = empty(nodes);
   constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
   std::vector<std::size_t> first_bad(nodes[2], kNone);
+  const Comparison compare(isovalue, inside);
   parallel(nodes[2], [&](std::size_t z) {
     for (std::size_t y = 0; y < nodes[1]; ++y) {
       const std::size_t start = (z * nodes[1] + y) * nodes[0];
       std::uint64_t* words = result.words_.data() + (z * nodes[1] + y) * result.row_words_;
       bool bad = false;
-      for (std::size_t x = 0; x < nodes[0]; ++x) {
-        const float sample = volume.samples[start + x];
-        bad |= !(sample - sample == 0.0f);
-        words[x / 64] |= std::uint64_t{isInside(sample, isovalue, inside)} << (x % 64);
-      }
+      for (std::size_t x = 0; x < nodes[0]; x += 64)
+        words[x / 64] = compare(&volume.samples[start + x], std::min<std::size_t>(64, nodes[0] - x), bad);
       if (!bad || first_bad[z] != kNone) continue;
       for (std::size_t x = 0; x < nodes[0] && first_bad[z] == kNone; ++x) {
         const float sample = volume.samples[start + x];

@@ -3,6 +3,7 @@
 
 #include <isoreel/codec/volume.h>
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -23,10 +24,18 @@ class VolumeField {
     Vec3f gradient{};  // within the cell, for each cell
   };
 
-  /// `volume` must outlive it. `cells`: the active ones; samples that are not finite are taken as far outside
-  /// as theirs are in the mean.
+  /// `volume` must outlive it; `isovalue` counts as the nearest float. `cells`: the active ones; samples that
+  /// are not finite are taken as far outside as theirs are in the mean.
   VolumeField(const Volume& volume, double isovalue, Inside inside, std::span<const Cell> cells)
-      : volume_(volume), isovalue_(isovalue), sign_(inside == Inside::kBelow ? 1.0f : -1.0f) {
+      : volume_(volume),
+        isovalue_(static_cast<float>(isovalue)),
+        sign_(inside == Inside::kBelow ? 1.0f : -1.0f),
+        row_(volume.grid.nodes[0]),
+        slab_(row_ * volume.grid.nodes[1]) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      last_[k] = static_cast<float>(volume.grid.nodes[k] - 1);
+      last_cell_[k] = static_cast<std::int32_t>(volume.grid.nodes[k] - 2);
+    }
     double sum = 0, count = 0;
     for (const Cell& cell : cells) {
       const float sample = volume.at(cell.x, cell.y, cell.z);
@@ -39,44 +48,52 @@ class VolumeField {
 
   /// At a place in cells; places outside the grid are moved to its border.
   Sample at(const Vec3f& place) const {
-    std::array<std::uint32_t, 3> low;
+    std::array<std::size_t, 3> low;
     Vec3f t;
     for (std::size_t k = 0; k < 3; ++k) {
-      const float last = static_cast<float>(volume_.grid.nodes[k] - 1);
-      const float p = std::clamp(place[k], 0.0f, last);
-      low[k] = std::min(static_cast<std::uint32_t>(p), volume_.grid.nodes[k] - 2);
-      t[k] = p - static_cast<float>(low[k]);
+      const float p = std::min(std::max(0.0f, place[k]), last_[k]);  // not a number: 0
+      const std::int32_t cell = std::min(static_cast<std::int32_t>(p), last_cell_[k]);
+      low[k] = static_cast<std::size_t>(cell);
+      t[k] = p - static_cast<float>(cell);
     }
-    std::array<float, 8> v;
-    const std::size_t first = volume_.grid.nodeIndex(low[0], low[1], low[2]);
-    const std::size_t row = volume_.grid.nodes[0], slab = row * volume_.grid.nodes[1];
-    for (std::size_t j = 0; j < 8; ++j) v[j] = node(first + (j & 1) + (j >> 1 & 1) * row + (j >> 2) * slab);
-    std::array<float, 4> along_x, step_x;
-    for (std::size_t j = 0; j < 4; ++j) {
-      step_x[j] = v[2 * j + 1] - v[2 * j];
-      along_x[j] = v[2 * j] + t[0] * step_x[j];
-    }
-    const float low_y = along_x[0] + t[1] * (along_x[1] - along_x[0]),
-                high_y = along_x[2] + t[1] * (along_x[3] - along_x[2]);
-    Sample result;
-    result.value = low_y + t[2] * (high_y - low_y);
-    result.gradient[2] = high_y - low_y;
-    result.gradient[1] = (along_x[1] - along_x[0]) * (1 - t[2]) + (along_x[3] - along_x[2]) * t[2];
-    result.gradient[0] = (step_x[0] + t[1] * (step_x[1] - step_x[0])) * (1 - t[2]) +
-                         (step_x[2] + t[1] * (step_x[3] - step_x[2])) * t[2];
-    return result;
+    const float* const v = volume_.samples.data() + low[0] + low[1] * row_ + low[2] * slab_;
+    const float* const w = v + slab_;
+    const Sample result = between({v[0], v[row_], w[0], w[row_]}, {v[1], v[row_ + 1], w[1], w[row_ + 1]}, t);
+    // A sample that is not finite leaves nothing finite.
+    if (result.value - result.value == 0.0f) [[likely]]
+      return result;
+    return between({finite(v[0]), finite(v[row_]), finite(w[0]), finite(w[row_])},
+                   {finite(v[1]), finite(v[row_ + 1]), finite(w[1]), finite(w[row_ + 1])}, t);
   }
 
  private:
-  float node(std::size_t index) const {
-    const float value = sign_ * static_cast<float>(static_cast<double>(volume_.samples[index]) - isovalue_);
-    return value - value == 0.0f ? value : outside_;
+  using Four = Eigen::Array4f;
+
+  /// From the samples at the lower and the upper ends of a cell's four edges along x.
+  Sample between(const Four& lower, const Four& upper, const Vec3f& t) const {
+    const Four start = lower - isovalue_, step_x = (upper - isovalue_) - start;
+    const Four along_x = start + t[0] * step_x;
+    const float low_y = along_x[0] + t[1] * (along_x[1] - along_x[0]),
+                high_y = along_x[2] + t[1] * (along_x[3] - along_x[2]);
+    Sample result;
+    result.value = sign_ * (low_y + t[2] * (high_y - low_y));
+    result.gradient[2] = sign_ * (high_y - low_y);
+    result.gradient[1] = sign_ * ((along_x[1] - along_x[0]) * (1 - t[2]) + (along_x[3] - along_x[2]) * t[2]);
+    result.gradient[0] = sign_ * ((step_x[0] + t[1] * (step_x[1] - step_x[0])) * (1 - t[2]) +
+                                  (step_x[2] + t[1] * (step_x[3] - step_x[2])) * t[2]);
+    return result;
+  }
+  float finite(float sample) const {
+    const float value = sample - isovalue_;
+    return value - value == 0.0f ? sample : isovalue_ + sign_ * outside_;
   }
 
   const Volume& volume_;
-  double isovalue_;
-  float sign_;
+  float isovalue_, sign_;
   float outside_ = 1;
+  std::size_t row_, slab_;  // from a node to the next along y and z
+  Vec3f last_;              // nodes
+  std::array<std::int32_t, 3> last_cell_;
 };
 
 }  // namespace isoreel

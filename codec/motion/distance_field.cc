@@ -1,52 +1,59 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "motion/distance_field.h"
 
-#include <cmath>
+#include <algorithm>
 
 namespace isoreel {
-namespace {
 
-std::size_t inBrick(std::int32_t x, std::int32_t y, std::int32_t z) {
-  return static_cast<std::size_t>((x & 7) | (y & 7) << 3 | (z & 7) << 6);
+float* DistanceField::added(const std::array<std::int32_t, 3>& brick) {
+  Found& found = slotOf(brick);
+  if (found.brick != brick) {
+    found = {brick, map_.findOrAdd(brick[0], brick[1], brick[2])};
+    if (found.number == bricks_.size()) bricks_.emplace_back().fill(kFar);
+  }
+  return bricks_[found.number].data();
 }
-
-}  // namespace
 
 DistanceField::DistanceField(const Reference& reference) {
   map_.clear();
+  constexpr std::size_t kNodes = 2 * kBand;
   for (const ReferencePlane& plane : reference.planes()) {
-    std::array<float, 3> vertex{};
-    for (std::size_t k = 0; k < 3; ++k) vertex[k] = static_cast<float>(plane.position[k]) / kCell;
     std::array<std::int32_t, 3> low{}, high{};
+    std::array<std::array<float, kNodes>, 3> squares{};  // of the way to each node along an axis
     for (std::size_t k = 0; k < 3; ++k) {
-      low[k] = std::max(static_cast<std::int32_t>(vertex[k]) - kBand + 1, 0);
-      high[k] = static_cast<std::int32_t>(vertex[k]) + kBand;
+      const float vertex = static_cast<float>(plane.position[k]) / kCell;
+      low[k] = std::max(static_cast<std::int32_t>(vertex) - kBand + 1, 0);
+      high[k] = static_cast<std::int32_t>(vertex) + kBand;
+      for (std::size_t i = 0; i < kNodes; ++i) {
+        const float way = static_cast<float>(low[k] + static_cast<std::int32_t>(i)) - vertex;
+        squares[k][i] = way * way;
+      }
     }
-    // Rows of nodes, cut where bricks end.
-    for (std::int32_t z = low[2]; z <= high[2]; ++z) {
-      for (std::int32_t y = low[1]; y <= high[1]; ++y) {
-        const float dy = static_cast<float>(y) - vertex[1], dz = static_cast<float>(z) - vertex[2];
-        const float square = dy * dy + dz * dz;
-        for (std::int32_t x = low[0]; x <= high[0];) {
-          const std::uint32_t number = map_.findOrAdd(x >> 3, y >> 3, z >> 3);
-          if (number == bricks_.size()) bricks_.emplace_back().fill(kFar);
-          float* row = &bricks_[number][inBrick(0, y, z)];
-          for (const std::int32_t end = std::min(high[0], x | 7); x <= end; ++x) {
-            const float dx = static_cast<float>(x) - vertex[0];
-            row[x & 7] = std::min(row[x & 7], square + dx * dx);
+    // The nodes, cut where bricks end.
+    std::array<std::int32_t, 3> from{}, to{};
+    for (from[2] = low[2]; from[2] <= high[2]; from[2] = to[2] + 1) {
+      to[2] = std::min(high[2], from[2] | (kSide - 1));
+      for (from[1] = low[1]; from[1] <= high[1]; from[1] = to[1] + 1) {
+        to[1] = std::min(high[1], from[1] | (kSide - 1));
+        for (from[0] = low[0]; from[0] <= high[0]; from[0] = to[0] + 1) {
+          to[0] = std::min(high[0], from[0] | (kSide - 1));
+          float* const nodes = added({from[0] >> 3, from[1] >> 3, from[2] >> 3});
+          for (std::int32_t z = from[2]; z <= to[2]; ++z) {
+            for (std::int32_t y = from[1]; y <= to[1]; ++y) {
+              const float square = squares[1][static_cast<std::size_t>(y - low[1])] +
+                                   squares[2][static_cast<std::size_t>(z - low[2])];
+              float* const row = nodes + inBrick(0, y, z);
+              for (std::int32_t x = from[0]; x <= to[0]; ++x) {
+                const float here = square + squares[0][static_cast<std::size_t>(x - low[0])];
+                row[x & 7] = std::min(row[x & 7], here);
+              }
+            }
           }
         }
       }
     }
   }
-}
-
-float DistanceField::at(float x, float y, float z) const {
-  const auto nx = static_cast<std::int32_t>(std::lround(x)), ny = static_cast<std::int32_t>(std::lround(y)),
-             nz = static_cast<std::int32_t>(std::lround(z));
-  if (nx < 0 || ny < 0 || nz < 0 || nx > 65535 || ny > 65535 || nz > 65535) return kFar;
-  const std::uint32_t number = map_.find(nx >> 3, ny >> 3, nz >> 3);
-  return number == BrickMap::kNone ? kFar : bricks_[number][inBrick(nx, ny, nz)];
+  found_.fill({});
 }
 
 }  // namespace isoreel

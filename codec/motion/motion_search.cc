@@ -42,14 +42,14 @@ class BlockSearch {
     if (!field_) field_.emplace(reference_);
     const std::size_t stride = std::max<std::size_t>(1, points_.size() / 16);
     Vector3f best = expected;
-    float least = voxelCost(best, stride);
+    float least = voxelCost(best, stride, DistanceField::kFar + 1);
     const int range = static_cast<int>(settings_.range);
     for (int z = -range; z <= range; z += 2) {
       for (int y = -range; y <= range; y += 2) {
         for (int x = -range; x <= range; x += 2) tryVector(expected + step(x, y, z), stride, best, least);
       }
     }
-    least = voxelCost(best, 1);
+    least = voxelCost(best, 1, DistanceField::kFar + 1);
     for (const float size : {1.0f, 0.5f}) {
       for (int round = 0; round < 3; ++round) {
         const Vector3f middle = best;
@@ -114,20 +114,22 @@ class BlockSearch {
   }
 
  private:
-  float voxelCost(const Vector3f& vector, std::size_t stride) const {
+  /// Mean squared distance of every so many-th point, or, when it is not below `most`, no less than that.
+  float voxelCost(const Vector3f& vector, std::size_t stride, float most) {
+    const auto count = static_cast<float>((points_.size() + stride - 1) / stride);
+    const float enough = most * count * 1.00001f;  // rounding must not end it too early
     float sum = 0;
-    std::size_t count = 0;
-    for (std::size_t i = 0; i < points_.size(); i += stride, ++count) {
+    for (std::size_t i = 0; i < points_.size() && sum < enough; i += stride) {
       const Vector3f at = points_[i] + vector;
-      sum += field_->at(at.x(), at.y(), at.z());
+      sum += field_->at({at.x(), at.y(), at.z()});
     }
-    return sum / static_cast<float>(count);
+    return sum / count;
   }
   static Vector3f step(int x, int y, int z) {
     return {static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
   }
-  void tryVector(const Vector3f& vector, std::size_t stride, Vector3f& best, float& least) const {
-    const float cost = voxelCost(vector, stride);
+  void tryVector(const Vector3f& vector, std::size_t stride, Vector3f& best, float& least) {
+    const float cost = voxelCost(vector, stride, least);
     if (cost >= least) return;
     least = cost;
     best = vector;
