@@ -144,7 +144,7 @@ TEST(Sheets, GiveTheCellsBack) {
   made::Random random(3);
   for (int trial = 0; trial < 20; ++trial) {
     Signs signs(7, 6, 5, false);
-    for (std::size_t i = 0; i < signs.inside.size(); ++i) signs.inside[i] = random() % 2 != 0;
+    for (auto&& inside : signs.inside) inside = random() % 2 != 0;
     const std::vector<Cell> cells = signs.cells(), sheets = sheetsOf(cells), again = uniteSheets(sheets);
     EXPECT_GT(sheets.size(), cells.size());
     ASSERT_EQ(again.size(), cells.size());
@@ -186,7 +186,7 @@ TEST(Manifold, ForRandomSignsAtBordersToo) {
   for (int trial = 0; trial < 300; ++trial) {
     Signs signs(3 + trial % 7, 3 + trial / 2 % 5, 3 + trial / 3 % 4, false);
     const auto rarity = static_cast<std::uint32_t>(2 + trial % 3);
-    for (std::size_t i = 0; i < signs.inside.size(); ++i) signs.inside[i] = random() % rarity == 0;
+    for (auto&& inside : signs.inside) inside = random() % rarity == 0;
     const std::vector<Cell> cells = signs.cells(), sheets = sheetsOf(cells);
     const std::vector<Quad> quads = quadsOf(sheets);
     ASSERT_EQ(manifoldness(quads, sheets.size()).first, "") << trial;
@@ -208,7 +208,7 @@ TEST(Manifold, ForRandomSignsAtBordersToo) {
 TEST(Surroundings, OfSheetsAreJoined) {
   made::Random random(9);
   Signs signs(9, 9, 9, false);
-  for (std::size_t i = 0; i < signs.inside.size(); ++i) signs.inside[i] = random() % 2 != 0;
+  for (auto&& inside : signs.inside) inside = random() % 2 != 0;
   const std::vector<Cell> sheets = sheetsOf(signs.cells());
   const CellIndex index = indexOf(sheets);
   Surroundings around;
