@@ -7,6 +7,7 @@ bench/README.md says how to read it."""
 import argparse
 import json
 import os
+import resource
 import shlex
 import subprocess
 import sys
@@ -54,23 +55,33 @@ def load_set(path):
     return given.get("name", path.parent.name), encode, compare
 
 
+def processor_time(call):
+    """What the call gives, and the processor time of the programs that it ran."""
+    def spent():
+        usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+        return usage.ru_utime + usage.ru_stime
+    before = spent()
+    return call(), spent() - before
+
+
 def point(options, encode, compare, step, words, folder):
     file = os.path.join(folder, "motion.isr")
-    totals = isoreel(options, "encode", *encode, "-o", file, "--force", "--step", step, *words)
+    totals, encoding = processor_time(lambda: isoreel(options, "encode", *encode, "-o", file, "--force", "--step", step, *words))
+    _, decoding = processor_time(lambda: isoreel(options, "decode", file, "--discard"))
     # Distances of some frames, evenly spread.
     every = max(1, totals["frames"] // options.samples)
-    squares = {"extracted": [], "volume": []}
+    squares = {"sheets": [], "cells": [], "volume": []}
     for frame in range(every // 2, totals["frames"], every):
-        found = isoreel(options, "compare", file, *compare, "--frames", frame, "--samples", 50000)
-        for kind, values in squares.items():
-            values.append(found[kind]["rms"] ** 2)
+        for mesh in ("sheets", "cells"):
+            found = isoreel(options, "compare", file, *compare, "--mesh", mesh, "--frames", frame, "--samples", 50000)
+            squares[mesh].append(found["extracted"]["rms"] ** 2)
+        squares["volume"].append(found["volume"]["rms"] ** 2)
     return {"step": step, "bytes": totals["bytes"], "vertices": totals["vertices"], "frames": totals["frames"],
-            "predicted": totals["predicted_frames"], "seconds": totals["seconds"],
-            "extracted": (sum(squares["extracted"]) / len(squares["extracted"])) ** 0.5,
-            "volume": (sum(squares["volume"]) / len(squares["volume"])) ** 0.5}
+            "predicted": totals["predicted_frames"], "seconds": totals["seconds"], "encoding": encoding, "decoding": decoding,
+            **{kind: (sum(values) / len(values)) ** 0.5 for kind, values in squares.items()}}
 
 
-def curve(points, kind="extracted"):
+def curve(points, kind="cells"):
     return Curve([(p[kind], p["bytes"]["total"]) for p in points])
 
 
@@ -99,6 +110,10 @@ def share(value):
     return "-" if value is None else f"{100 * value:.1f} %"
 
 
+def signed(value):
+    return "-" if value is None else f"{100 * value:+.1f} %"
+
+
 def report(options, sets):
     lines = ["| set | frames | FF bytes | MP bytes | gain | gain at equal distance | BD-rate | BD-rate to the volume | paper: FF | MP | gain |",
              "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |"]
@@ -108,27 +123,38 @@ def report(options, sets):
         ff, mp = result["frame by frame"], result["motion-predicted"]
         middle = min(range(len(ff)), key=lambda i: abs(Fraction(ff[i]["step"]) - Fraction(1, 16)))
         before, after = ff[middle]["bytes"]["total"], mp[middle]["bytes"]["total"]
-        equal = ratio_at(curve(mp), curve(ff), mp[middle]["extracted"])
+        equal = ratio_at(curve(mp), curve(ff), mp[middle]["cells"])
         paper = PAPER.get(name.split("-")[0]) if "slow" not in name else None
         theirs = f"{paper[1]} | {paper[2]} | {share(1 - paper[2] / paper[1])}" if paper else "- | - | -"
         lines.append(f"| {name} | {ff[0]['frames']} | {before} | {after} | {share(1 - after / before)} | "
                      f"{share(None if equal is None else 1 - equal)} | {share(bd_rate(curve(mp), curve(ff)))} | "
                      f"{share(bd_rate(curve(mp, 'volume'), curve(ff, 'volume')))} | {theirs} |")
-    lines += ["", f"At step 1/16, GOPs of {options.gop} frames at most.", ""]
+    lines += ["", f"At step 1/16, GOPs of {options.gop} frames at most. Times are the processor's, of whole runs of the command.", ""]
     for name, result in sets.items():
-        lines += [f"### {name}", "", "| variant | step | bytes | signs | motion | vertices | P frames | RMS to extracted | RMS to volume |",
-                  "| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: |"]
+        lines += [f"### {name}", "", "| variant | step | bytes | signs | motion | vertices | P frames | RMS to volume | to mesh of sheets | to mesh of cells | encoding | decoding |",
+                  "| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |"]
         for label, points in result.items():
             for p in points:
                 b = p["bytes"]
                 lines.append(f"| {label} | {p['step']} | {b['total']} | {b['signs']} | {b['motion']} | {b['vertices']} | {p['predicted']} | "
-                             f"{p['extracted']:.4f} | {p['volume']:.4f} |")
-        lines += ["", "| variant | BD-rate against frame by frame | to the volume |", "| --- | ---: | ---: |"]
+                             f"{p['volume']:.4f} | {p['sheets']:.4f} | {p['cells']:.4f} | {p['encoding']:.1f} s | {p['decoding']:.2f} s |")
+        lines += ["", "| variant | BD-rate against frame by frame, to the volume | to the mesh of sheets | to the mesh of cells | each to its own |",
+                  "| --- | ---: | ---: | ---: | ---: |"]
         for label, points in result.items():
             if label == "frame by frame":
                 continue
-            rates = [bd_rate(curve(points, kind), curve(result["frame by frame"], kind)) for kind in ("extracted", "volume")]
-            lines.append(f"| {label} | {share(rates[0])} | {share(rates[1])} |")
+            own = "sheets" if label.startswith("main") and label != "main without sheets" else "cells"
+            kinds = (("volume", "volume"), ("sheets", "sheets"), ("cells", "cells"), (own, "cells"))
+            rates = [share(bd_rate(curve(points, kind), curve(result["frame by frame"], of_all))) for kind, of_all in kinds]
+            lines.append(f"| {label} | " + " | ".join(rates) + " |")
+        without = [label for label in result if label in MAIN_ABLATIONS or label in ABLATIONS_OF_MAIN]
+        if "main" in result and without:
+            lines += ["", "| main, left out | bytes at equal distance to the volume | to the mesh of sheets | encoding | decoding |",
+                      "| --- | ---: | ---: | ---: | ---: |"]
+        for label in without if "main" in result else []:
+            rates = [bd_rate(curve(result[label], kind), curve(result["main"], kind)) for kind in ("volume", "sheets")]
+            times = [sum(p[kind] for p in result[label]) / sum(p[kind] for p in result["main"]) - 1 for kind in ("encoding", "decoding")]
+            lines.append(f"| {label.removeprefix('main without ').removeprefix('main, ')} | " + " | ".join(map(signed, rates + times)) + " |")
         lines.append("")
     return "\n".join(lines)
 
@@ -140,7 +166,7 @@ def plot(sets, path):
     figure, axes = pyplot.subplots(1, len(sets), figsize=(4.2 * len(sets), 3.6), squeeze=False)
     for axis, (name, result) in zip(axes[0], sets.items()):
         # Heights of main are chosen for the volume, not for the extractor's own mesh.
-        kind = "volume" if "main" in result else "extracted"
+        kind = "volume" if "main" in result else "cells"
         for label in (label for label in ("frame by frame", "motion-predicted", *MAIN) if label in result):
             axis.plot([p["bytes"]["total"] / 1e6 for p in result[label]], [p[kind] for p in result[label]], marker="o", label=label)
         axis.set(title=name, xlabel="megabytes", ylabel=f"RMS to {kind}, cells", yscale="log")

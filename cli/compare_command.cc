@@ -21,12 +21,16 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+const std::map<std::string, CellVertices> kCellVertices{{"sheets", CellVertices::kOnePerSheet},
+                                                        {"cells", CellVertices::kOne}};
+
 struct CompareOptions {
   std::string input;
   std::string track;
   VolumeInput volumes;
   std::string frames;
   VertexPlacement placement = VertexPlacement::kQef;
+  CellVertices vertices = CellVertices::kOnePerSheet;
   std::optional<std::size_t> samples;
   int jobs = 0;
   bool json = false;
@@ -101,7 +105,7 @@ Status compare(const CompareOptions& options) {
   };
   const auto work = [&](CompareItem& item) -> Status {
     const auto extracted = extractSurface(item.volume, item.isovalue, inside, options.placement,
-                                          options.volumes.non_finite, parallelFor);
+                                          options.volumes.non_finite, parallelFor, options.vertices);
     if (!extracted) return extracted.status().at(fmt::format("frame {}", item.number));
     const inspect::Mesh mesh = inspect::meshOf(item.decoded);
     const auto to = [&](const inspect::Mesh& other) {
@@ -162,6 +166,15 @@ void addCompareCommand(CLI::App& app, Action& chosen) {
           "How the extracted mesh places vertices")
       ->default_str("qef")
       ->type_name("qef|centroid");
+  verb->add_option_function<std::string>(
+          "--mesh",
+          [options = options.get()](const std::string& text) {
+            options->vertices = choice("--mesh", kCellVertices, text);
+          },
+          "Vertices of the extracted mesh: one for each sheet of the surface in a cell, or one a cell, where "
+          "sheets then meet")
+      ->default_str("sheets")
+      ->type_name("sheets|cells");
   verb->add_option("--samples", options->samples,
                    "Sample points on each surface (default: 200000, fewer on small ones)")
       ->check(CLI::Range(1000, 100'000'000));

@@ -3,6 +3,7 @@
 #include <isoreel/codec/decoder.h>
 #include <isoreel/container/parity.h>
 #include <isoreel/container/reader.h>
+#include <isoreel/inspect/manifold.h>
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
@@ -26,8 +27,14 @@ struct VerifyOptions {
   int jobs = 0;
 };
 
+/// What was found of a packet.
+struct FrameCheck {
+  Status status;
+  std::size_t faults = 0;  // vertices at which the surface is no 2-manifold; not looked at after an error
+};
+
 /// Every rule that a decoded frame must keep, beyond those that decoding checks.
-Status checkFrame(Decoder& decoder, const Packet& packet, const Configuration& track) {
+Status checkFrame(Decoder& decoder, const Packet& packet, const Configuration& track, std::size_t& faults) {
   const FrameHeader& header = packet.header;
   ISOREEL_ASSIGN(const PacketHeader head, readPacketHeader(packet.data));
   const auto differs = [](const char* what) {
@@ -41,13 +48,28 @@ Status checkFrame(Decoder& decoder, const Packet& packet, const Configuration& t
   if (head.surface_hash != header.surface_hash) return differs("the surface hash");
   ISOREEL_ASSIGN(const Surface surface, decoder.decode(packet.data, decodeOptions()));
   if (!(surface.grid == track.grid)) return differs("the track's grid, and so the box,");
-  return checkClosed(surface);
+  ISOREEL_TRY(checkClosed(surface));
+  faults = inspect::manifoldness(surface.quads, surface.vertices.size()).faults;
+  return {};
+}
+
+FrameCheck check(Decoder& decoder, const Packet& packet, const Configuration& track) {
+  FrameCheck result;
+  result.status = checkFrame(decoder, packet, track, result.faults);
+  return result;
 }
 
 /// Frames that are well, but depend on some that are not.
 struct LostFrames {
   std::string track;
   std::vector<std::uint64_t> frames;
+};
+
+/// A frame whose surface is no 2-manifold: of profile classic, where sheets meet in a cell.
+struct JoinedFrame {
+  std::string track;
+  std::uint64_t frame;
+  std::size_t vertices;
 };
 
 struct Findings {
@@ -57,13 +79,16 @@ struct Findings {
   std::uint64_t in_track = 0;  // packets of the track that came before the damage
   std::vector<std::string> problems = {};
   std::vector<LostFrames> lost = {};  // by track, for those that have such
+  std::vector<JoinedFrame> joined = {};
 
   std::string trackText(const std::string& name) const {
     return name.empty() ? "" : fmt::format(" of track '{}'", name);
   }
   /// What was found of a frame that was decoded after those before it. A P frame whose reference is missing
   /// is lost; its reference is among the problems.
-  void addFrame(const FrameHeader& header, const Status& status) {
+  void addFrame(const FrameHeader& header, const FrameCheck& found) {
+    const Status& status = found.status;
+    if (found.faults > 0 && !header.hidden()) joined.push_back({track, header.number, found.faults});
     if (header.hidden() && !status.ok() && status.error().code == ErrorCode::kNotFound) return;
     if (!status.ok() && header.type == PacketType::kPredicted &&
         status.error().code == ErrorCode::kNotFound) {
@@ -88,9 +113,23 @@ struct Findings {
     }
     return lines;
   }
+  std::string manifoldText() const {
+    if (joined.empty()) return "all are 2-manifolds";
+    std::size_t vertices = 0;
+    for (const JoinedFrame& each : joined) vertices += each.vertices;
+    return fmt::format("{} no 2-manifold, at {} {} together",
+                       joined.size() == 1 ? "1 frame is" : fmt::format("{} frames are", joined.size()),
+                       vertices, vertices == 1 ? "vertex" : "vertices");
+  }
   nlohmann::ordered_json lostJson() const {
     auto list = nlohmann::ordered_json::array();
     for (const auto& [name, numbers] : lost) list.push_back({{"track", name}, {"frames", numbers}});
+    return list;
+  }
+  nlohmann::ordered_json joinedJson() const {
+    auto list = nlohmann::ordered_json::array();
+    for (const JoinedFrame& each : joined)
+      list.push_back({{"track", each.track}, {"frame", each.frame}, {"vertices", each.vertices}});
     return list;
   }
   std::vector<std::uint64_t> allLost() const {
@@ -137,7 +176,7 @@ Status verifyPackets(const VerifyOptions& options, const Configuration& configur
   Progress progress("verify", std::nullopt);
   struct Item {
     Gop gop;
-    std::vector<Status> statuses;
+    std::vector<FrameCheck> checks;
   };
   GopSource gops(next);
   return forEachFrame<Item>(
@@ -145,16 +184,16 @@ Status verifyPackets(const VerifyOptions& options, const Configuration& configur
       [&](Item& item) -> Status {
         Decoder decoder(parallelWithin);
         for (const Packet& packet : item.gop.packets)
-          item.statuses.push_back(checkFrame(decoder, packet, configuration));
+          item.checks.push_back(check(decoder, packet, configuration));
         return {};
       },
       [&](Item& item) -> Status {
-        for (std::size_t i = 0; i < item.statuses.size(); ++i) {
+        for (std::size_t i = 0; i < item.checks.size(); ++i) {
           const FrameHeader& header = item.gop.packets[i].header;
           ++findings.in_track;
           findings.frames += header.hidden() ? 0u : 1u;
           headers.push_back(header);
-          findings.addFrame(header, item.statuses[i]);
+          findings.addFrame(header, item.checks[i]);
           progress.advance();
         }
         return {};
@@ -214,7 +253,7 @@ void verifyRest(const VerifyOptions& options, Findings& findings) {
     if (!data) continue;
     packet.data = *std::move(data);
     findings.frames += packet.header.hidden() ? 0u : 1u;
-    findings.addFrame(packet.header, checkFrame(decoder, packet, input->configuration));
+    findings.addFrame(packet.header, check(decoder, packet, input->configuration));
   }
 }
 
@@ -327,6 +366,7 @@ Status verify(const VerifyOptions& all) {
                                               {"problems", findings.problems},
                                               {"lost", findings.allLost()},
                                               {"lost_by_track", findings.lostJson()},
+                                              {"not_manifold", findings.joinedJson()},
                                               {"parity",
                                                {{"bytes", parity.bytes},
                                                 {"damaged_blocks", parity.damaged},
@@ -339,8 +379,8 @@ Status verify(const VerifyOptions& all) {
       fmt::print("{}: parity can restore {} of {} damaged blocks: isoreel repair\n", all.input,
                  parity.restored, parity.damaged);
     if (findings.problems.empty())
-      fmt::print("{}: {}, every checksum, hash and surface is right{}\n", all.input,
-                 counted(findings.frames, "frame"),
+      fmt::print("{}: {}, every checksum, hash and surface is right; {}{}\n", all.input,
+                 counted(findings.frames, "frame"), findings.manifoldText(),
                  parity.runs > 0 ? fmt::format("; parity protects {} bytes", parity.bytes) : "");
   }
   if (findings.problems.empty()) return {};
@@ -351,14 +391,17 @@ Status verify(const VerifyOptions& all) {
 }  // namespace
 
 void addVerifyCommand(CLI::App& app, Action& chosen) {
-  CLI::App* verb = app.add_subcommand(
-      "verify", "Check every checksum, decode every frame, compare hashes, check that surfaces are closed");
+  CLI::App* verb = app.add_subcommand("verify",
+                                      "Check every checksum, decode every frame, compare hashes, check that "
+                                      "surfaces are closed and manifolds");
   const auto options = std::make_shared<VerifyOptions>();
   verb->add_option("input", options->input, kInputHelp)->required();
   verb->add_option("--jobs", options->jobs, "Threads; 0: one a core")->check(CLI::Range(0, 256));
-  verb->add_flag("--json", options->json,
-                 "One JSON object: ok, frames, problems, lost (numbers of frames that others' damage takes "
-                 "away), lost_by_track, parity");
+  verb->add_flag(
+      "--json", options->json,
+      "One JSON object: ok, frames, problems, lost (numbers of frames that others' damage takes "
+      "away), lost_by_track, not_manifold (frames with vertices at which the surface is no 2-manifold, as "
+      "profile classic has), parity");
   addTrackOption(*verb, options->track);
   verb->callback([options, &chosen] { chosen = [options] { return verify(*options); }; });
 }

@@ -4,20 +4,23 @@
 #include "extract/dual_contouring.h"
 #include "extract/sign_bitmap.h"
 #include "lattice/dual_mesh.h"
+#include "lattice/sheets.h"
 
 namespace isoreel {
 
 Result<Surface> extractSurface(const Volume& volume, double isovalue, Inside inside,
-                               VertexPlacement placement, NonFinite non_finite, const ParallelFor& parallel) {
+                               VertexPlacement placement, NonFinite non_finite, const ParallelFor& parallel,
+                               CellVertices vertices) {
   ISOREEL_TRY(checkGrid(volume.grid));
   ISOREEL_ASSIGN(const SignBitmap bitmap, SignBitmap::make(volume, isovalue, inside, non_finite, parallel));
-  const std::vector<Cell> cells = bitmap.activeCells(parallel);
+  std::vector<Cell> cells = bitmap.activeCells(parallel);
+  CellIndex index;
+  index.build(cells);
+  if (vertices == CellVertices::kOnePerSheet) cells = splitSheets(std::move(cells), index);
   Surface surface;
   surface.grid = volume.grid;
   surface.vertices = placeVertices(volume, isovalue, cells, placement, parallel);
   toGridPositions(cells, surface.vertices);
-  CellIndex index;
-  index.build(cells);
   surface.quads = dualQuads(cells, index);
   return surface;
 }

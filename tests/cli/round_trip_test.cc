@@ -112,11 +112,39 @@ TEST_F(RoundTripTest, PacketsListSectionsThatFitIntoThem) {
 TEST_F(RoundTripTest, VerifyIsContent) {
   sequence();
   ok("isoreel encode seq.json -o seq.isr --iso 0");
-  EXPECT_NE(ok("isoreel verify seq.isr").find("8 frames"), std::string::npos);
+  EXPECT_NE(
+      ok("isoreel verify seq.isr").find("8 frames, every checksum, hash and surface is right; all are "),
+      std::string::npos);
   const auto result = json("isoreel verify seq.isr --json");
   EXPECT_EQ(result["ok"], true);
   EXPECT_EQ(result["frames"], 8);
   EXPECT_EQ(result["problems"].size(), 0u);
+}
+
+TEST_F(RoundTripTest, WhereSheetsMeetIsTold) {
+  volume("touch", 6, [](double x, double y, double z) {  // two nodes across a face from each other
+    return z == 2 && ((x == 2 && y == 2) || (x == 3 && y == 3)) ? 0.5 : -0.6;
+  });
+  const auto notManifold = [&](const std::string& file) {
+    return json("isoreel verify " + file + " --json")["not_manifold"];
+  };
+  ok("isoreel encode touch.json -o main.isr --iso 0 --fit extracted");
+  EXPECT_EQ(notManifold("main.isr").size(), 0u);
+  ok("isoreel encode touch.json -o classic.isr --iso 0 --profile classic");
+  const auto found = notManifold("classic.isr");
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0]["frame"], 0);
+  EXPECT_EQ(found[0]["vertices"], 2);
+  EXPECT_NE(ok("isoreel verify classic.isr").find("1 frame is no 2-manifold, at 2 vertices"),
+            std::string::npos);
+  // Each profile is close to the mesh with as many vertices as it has.
+  const auto rms = [&](const std::string& file, const std::string& mesh) -> double {
+    return json("isoreel compare " + file + " touch.json --samples 2000 --json" + mesh)["extracted"]["rms"];
+  };
+  EXPECT_LT(rms("classic.isr", " --mesh cells"), 0.02);
+  EXPECT_GT(rms("classic.isr", ""), 0.09);
+  EXPECT_LT(rms("main.isr", ""), 0.1);
+  EXPECT_GT(rms("main.isr", " --mesh cells"), 0.12);
 }
 
 TEST_F(RoundTripTest, TheSameBytesForAnyNumberOfThreads) {

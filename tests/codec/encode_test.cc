@@ -33,8 +33,7 @@ TEST_P(RoundTrip, SignsAreEqualAndVerticesWithinTheStep) {
     const double tangential = header->tangential_step;
     // Half a step along each axis of a frame; a few units for the tables' and the positions' rounding.
     const double farthest = std::sqrt(0.25 * step * step + 0.5 * tangential * tangential) + 4;
-    const auto exact = extractSurface(m.volume, m.isovalue, m.inside);
-    ASSERT_TRUE(exact.ok());
+    const Surface exact = made::extracted(m);
     const made::Reference reference = made::reference(m, made::depthOf(m.volume.grid));
     ASSERT_EQ(surface.vertices.size(), reference.cells.size());
     ASSERT_EQ(surface.quads, reference.quads);
@@ -52,7 +51,7 @@ TEST_P(RoundTrip, SignsAreEqualAndVerticesWithinTheStep) {
         ASSERT_GE(inner, 0);
         ASSERT_LE(inner, kCell);
         at_wall |= inner == 0 || inner == kCell;
-        error[k] = surface.vertices[i][k] - exact->vertices[i][k];
+        error[k] = surface.vertices[i][k] - exact.vertices[i][k];
       }
       const double distance = std::hypot(error[0], error[1], error[2]);
       largest = std::max(largest, distance);

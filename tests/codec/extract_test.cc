@@ -6,6 +6,7 @@
 
 #include "extract/octree.h"
 #include "extract/sign_bitmap.h"
+#include "lattice/cell_index.h"
 #include "made.h"
 
 namespace isoreel {
@@ -14,11 +15,7 @@ namespace {
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-Surface extracted(const made::Made& m, VertexPlacement placement = VertexPlacement::kQef) {
-  auto surface = extractSurface(m.volume, m.isovalue, m.inside, placement);
-  EXPECT_TRUE(surface.ok());
-  return *std::move(surface);
-}
+using made::extracted;
 
 /// Cells of the vertices by the reference, each vertex checked to lie in its own.
 void expectVerticesInCells(const made::Reference& reference, const std::vector<GridPosition>& vertices) {
@@ -79,9 +76,37 @@ TEST(Extract, MeshIsThatOfTheReference) {
     SCOPED_TRACE(m.name);
     const made::Reference reference = made::reference(m, made::depthOf(m.volume.grid));
     for (const VertexPlacement placement : {VertexPlacement::kQef, VertexPlacement::kCentroid}) {
-      const Surface surface = extracted(m, placement);
+      const Surface surface = extracted(m, CellVertices::kOne, placement);
       expectVerticesInCells(reference, surface.vertices);
       EXPECT_EQ(surface.quads, reference.quads);
+    }
+  }
+}
+
+TEST(Extract, MeshOfSheetsIsThatOfProfileMain) {
+  for (const made::Made& m : made::all()) {
+    SCOPED_TRACE(m.name);
+    const Surface cells = extracted(m), sheets = extracted(m, CellVertices::kOnePerSheet);
+    Decoder decoder;
+    const auto decoded = decoder.decode(made::encodedMain(m).data);
+    ASSERT_TRUE(decoded.ok());
+    EXPECT_EQ(sheets.quads, decoded->quads);
+    ASSERT_EQ(sheets.vertices.size(), decoder.cells().size());
+    std::size_t cell = 0;  // of the sheet
+    for (std::size_t i = 0; i < sheets.vertices.size(); ++i) {
+      const Cell& here = decoder.cells()[i];
+      const bool first = i == 0 || !sameCell(decoder.cells()[i - 1], here);
+      const bool alone =
+          first && (i + 1 == sheets.vertices.size() || !sameCell(here, decoder.cells()[i + 1]));
+      cell += first && i > 0 ? 1u : 0u;
+      const std::array<std::int32_t, 3> corner{here.x, here.y, here.z};
+      for (std::size_t k = 0; k < 3; ++k) {
+        ASSERT_GE(sheets.vertices[i][k], corner[k] * kCell);
+        ASSERT_LE(sheets.vertices[i][k], (corner[k] + 1) * kCell);
+      }
+      if (alone) {
+        ASSERT_EQ(sheets.vertices[i], cells.vertices[cell]);
+      }
     }
   }
 }
@@ -89,7 +114,7 @@ TEST(Extract, MeshIsThatOfTheReference) {
 TEST(Extract, VerticesOfASphereLieOnIt) {
   const made::Made& m = made::named("sphere");
   for (const VertexPlacement placement : {VertexPlacement::kQef, VertexPlacement::kCentroid}) {
-    for (const GridPosition& p : extracted(m, placement).vertices) {
+    for (const GridPosition& p : extracted(m, CellVertices::kOne, placement).vertices) {
       const double r =
           std::hypot(p[0] / double{kCell} - 16.2, p[1] / double{kCell} - 15.9, p[2] / double{kCell} - 16.4);
       ASSERT_NEAR(r, 11.3, placement == VertexPlacement::kQef ? 0.06 : 0.12);
@@ -116,7 +141,7 @@ TEST(Qef, MovesTowardsSharpEdgesAndCorners) {
   // but the planes must pull the vertex towards it from where the mass point is.
   for (const int planes : {2, 3}) {
     const made::Made m = corner(planes);
-    const Surface qef = extracted(m), centroid = extracted(m, VertexPlacement::kCentroid);
+    const Surface qef = extracted(m), centroid = extracted(m, CellVertices::kOne, VertexPlacement::kCentroid);
     std::size_t features = 0;
     const std::array<double, 3> target{8.3, 8.4, 8.6};
     for (std::size_t i = 0; i < qef.vertices.size(); ++i) {
@@ -173,8 +198,8 @@ TEST(Extract, SamplesThatAreNotFiniteCanBeOutside) {
   for (const float value : {kNan, kInfinity, -kInfinity}) {
     samples[centre] = value;
     m.volume = Volume::own(m.volume.grid, samples);
-    const auto surface =
-        extractSurface(m.volume, 0, Inside::kBelow, VertexPlacement::kCentroid, NonFinite::kOutside);
+    const auto surface = extractSurface(m.volume, 0, Inside::kBelow, VertexPlacement::kCentroid,
+                                        NonFinite::kOutside, serialFor, CellVertices::kOne);
     ASSERT_TRUE(surface.ok());
     const made::Reference reference = made::reference(m, 6 - 1);
     expectVerticesInCells(reference, surface->vertices);

@@ -171,6 +171,13 @@ Packet encodedWith(const Made& made, const EncoderSettings& with) {
 
 Packet encoded(const Made& made, std::uint32_t step) { return encodedWith(made, settings(made, step)); }
 
+Surface extracted(const Made& made, CellVertices vertices, VertexPlacement placement) {
+  auto surface = extractSurface(made.volume, made.isovalue, made.inside, placement, NonFinite::kRefuse,
+                                serialFor, vertices);
+  EXPECT_TRUE(surface.ok()) << surface.status().message();
+  return *std::move(surface);
+}
+
 Packet encodedMain(const Made& made, std::uint32_t step, const HeightSettings& heights) {
   EncoderSettings with = settings(made, step);
   with.configuration.profile = Profile::kMain;

@@ -54,6 +54,9 @@ EncoderSettings settings(const Made& made, std::uint32_t step = kCell / 16);
 Packet encoded(const Made& made, std::uint32_t step = kCell / 16);
 /// The same in profile main.
 Packet encodedMain(const Made& made, std::uint32_t step = kCell / 16, const HeightSettings& heights = {});
+/// What the extractor gives.
+Surface extracted(const Made& made, CellVertices vertices = CellVertices::kOne,
+                  VertexPlacement placement = VertexPlacement::kQef);
 
 /// A cell of an octree level.
 struct ReferenceCell {

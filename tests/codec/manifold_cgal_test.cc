@@ -3,9 +3,9 @@
 // headers.
 #include <CGAL/Polygon_mesh_processing/polygon_soup_to_polygon_mesh.h>
 #include <gtest/gtest.h>
+#include <isoreel/inspect/manifold.h>
 
 #include "made.h"
-#include "manifold.h"
 
 namespace isoreel {
 namespace {
@@ -18,7 +18,7 @@ TEST(Manifold, SaysCgalToo) {
       heights.sheets = sheets;
       const auto surface = Decoder().decode(made::encodedMain(m, kCell / 16, heights).data);
       ASSERT_TRUE(surface.ok()) << m.name;
-      const bool expected = made::manifoldFault(surface->quads).empty();
+      const bool expected = inspect::manifoldness(surface->quads, surface->vertices.size()).faults == 0;
       EXPECT_TRUE(expected || !sheets) << m.name;
       EXPECT_EQ(CGAL::Polygon_mesh_processing::is_polygon_soup_a_polygon_mesh(surface->quads), expected)
           << m.name;

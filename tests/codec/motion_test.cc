@@ -124,8 +124,8 @@ TEST(Predicted, KeepsTheSignsAndStaysWithinTheStep) {
       const made::Made m = sequence.frame(t);
       const auto surface = decoder.decode(packets[t].data);
       ASSERT_TRUE(surface.ok());
-      const auto exact = extractSurface(m.volume, 0, m.inside);
-      ASSERT_EQ(surface->quads, exact->quads);
+      const Surface exact = made::extracted(m);
+      ASSERT_EQ(surface->quads, exact.quads);
       // Levels are centroids of what they stand for, so at most a step away along the normal; half a step
       // along the tangents.
       const double tangential = readPacketHeader(packets[t].data)->tangential_step;
@@ -134,7 +134,7 @@ TEST(Predicted, KeepsTheSignsAndStaysWithinTheStep) {
       for (std::size_t i = 0; i < surface->vertices.size(); ++i) {
         double square = 0;
         for (std::size_t k = 0; k < 3; ++k) {
-          const double error = surface->vertices[i][k] - exact->vertices[i][k];
+          const double error = surface->vertices[i][k] - exact.vertices[i][k];
           square += error * error;
         }
         ASSERT_LE(std::sqrt(square), farthest) << "frame " << t << ", vertex " << i;
@@ -275,7 +275,7 @@ TEST(FrameTypes, EncoderGoesOnAfterAnError) {
 
 /// The reference that a volume's surface makes.
 Reference referenceOf(const made::Made& m) {
-  const Surface surface = *extractSurface(m.volume, m.isovalue, m.inside);
+  const Surface surface = made::extracted(m);
   const SignBitmap bitmap = *SignBitmap::make(m.volume, m.isovalue, m.inside, NonFinite::kRefuse, serialFor);
   const auto cells = bitmap.activeCells(serialFor);
   Reference reference;

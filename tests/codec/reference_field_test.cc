@@ -230,7 +230,7 @@ TEST(Reference, HasPlanesThatTouchItsSurfaceAndTheDistanceFromIt) {
   // made.cc's torus lies around the z axis, radius and tube as below.
   const made::Field torus = made::torus(14, 14.3, 8.2, 8.5, 4.1);
   const made::Made m{"torus", made::sampled(made::gridOf(29, 29, 17), torus)};
-  const Surface surface = *extractSurface(m.volume, m.isovalue, m.inside);
+  const Surface surface = made::extracted(m);
   const auto cells =
       SignBitmap::make(m.volume, m.isovalue, m.inside, NonFinite::kRefuse, serialFor)->activeCells(serialFor);
   Reference reference;

@@ -3,6 +3,7 @@
 #include "lattice/sheets.h"
 
 #include <gtest/gtest.h>
+#include <isoreel/inspect/manifold.h>
 
 #include <bit>
 #include <set>
@@ -10,10 +11,11 @@
 #include "cells.h"
 #include "lattice/dual_mesh.h"
 #include "lattice/surroundings.h"
-#include "manifold.h"
 
 namespace isoreel {
 namespace {
+
+using inspect::manifoldness;
 
 /// The signs of all nodes of a small grid, and what follows from them.
 struct Signs {
@@ -142,7 +144,7 @@ TEST(Sheets, GiveTheCellsBack) {
   made::Random random(3);
   for (int trial = 0; trial < 20; ++trial) {
     Signs signs(7, 6, 5, false);
-    for (std::size_t i = 0; i < signs.inside.size(); ++i) signs.inside[i] = random() % 2 != 0;
+    for (auto&& inside : signs.inside) inside = random() % 2 != 0;
     const std::vector<Cell> cells = signs.cells(), sheets = sheetsOf(cells), again = uniteSheets(sheets);
     EXPECT_GT(sheets.size(), cells.size());
     ASSERT_EQ(again.size(), cells.size());
@@ -162,17 +164,17 @@ TEST(Sheets, GiveTheCellsBack) {
 // The middle of the grid: two cells with a face in common, in all ways there are.
 TEST(Manifold, ForAllSignsOfTwoNeighbours) {
   made::Random random(5);
-  std::size_t open = 0;
   for (std::uint32_t pattern = 0; pattern < 4096; ++pattern) {
     for (const int around : {0, 1, 2}) {  // all outside, all inside, or either
       Signs signs(5, 4, 4, around == 1);
       for (std::size_t i = 0; around == 2 && i < signs.inside.size(); ++i)
         signs.inside[i] = random() % 2 != 0;
       for (int j = 0; j < 12; ++j) signs.at(1 + j % 3, 1 + j / 3 % 2, 1 + j / 6) = (pattern >> j & 1) != 0;
-      const std::vector<Quad> quads = quadsOf(sheetsOf(signs.cells()));
-      ASSERT_EQ(made::manifoldFault(quads, &open), "") << pattern << " " << around;
+      const std::vector<Cell> sheets = sheetsOf(signs.cells());
+      const inspect::Manifoldness found = manifoldness(quadsOf(sheets), sheets.size());
+      ASSERT_EQ(found.first, "") << pattern << " " << around;
       if (around < 2) {
-        ASSERT_EQ(open, 0u) << pattern;
+        ASSERT_EQ(found.border, 0u) << pattern;
       }
     }
   }
@@ -184,14 +186,14 @@ TEST(Manifold, ForRandomSignsAtBordersToo) {
   for (int trial = 0; trial < 300; ++trial) {
     Signs signs(3 + trial % 7, 3 + trial / 2 % 5, 3 + trial / 3 % 4, false);
     const auto rarity = static_cast<std::uint32_t>(2 + trial % 3);
-    for (std::size_t i = 0; i < signs.inside.size(); ++i) signs.inside[i] = random() % rarity == 0;
+    for (auto&& inside : signs.inside) inside = random() % rarity == 0;
     const std::vector<Cell> cells = signs.cells(), sheets = sheetsOf(cells);
     const std::vector<Quad> quads = quadsOf(sheets);
-    ASSERT_EQ(made::manifoldFault(quads), "") << trial;
+    ASSERT_EQ(manifoldness(quads, sheets.size()).first, "") << trial;
     // Each edge inside the grid that changes sign has its quad, of the four sheets that have the edge.
     const std::vector<Quad> of_cells = quadsOf(cells);
     ASSERT_EQ(quads.size(), of_cells.size());
-    without += !made::manifoldFault(of_cells).empty();
+    without += manifoldness(of_cells, cells.size()).faults > 0;
     for (const Quad& quad : quads) {
       for (std::size_t k = 0; k < 4; ++k) {
         const Cell &a = sheets[quad[k]], &b = sheets[quad[(k + 1) % 4]];
@@ -206,7 +208,7 @@ TEST(Manifold, ForRandomSignsAtBordersToo) {
 TEST(Surroundings, OfSheetsAreJoined) {
   made::Random random(9);
   Signs signs(9, 9, 9, false);
-  for (std::size_t i = 0; i < signs.inside.size(); ++i) signs.inside[i] = random() % 2 != 0;
+  for (auto&& inside : signs.inside) inside = random() % 2 != 0;
   const std::vector<Cell> sheets = sheetsOf(signs.cells());
   const CellIndex index = indexOf(sheets);
   Surroundings around;
@@ -265,7 +267,8 @@ TEST(Sheets, KeepTouchingPartsApart) {
   for (const Packet* packet : {&apart, &joined}) {
     const auto surface = decoder.decode(packet->data);
     ASSERT_TRUE(surface.ok()) << surface.status().message();
-    EXPECT_EQ(made::manifoldFault(surface->quads).empty(), packet == &apart);
+    const std::size_t faults = manifoldness(surface->quads, surface->vertices.size()).faults;
+    EXPECT_EQ(faults, packet == &apart ? 0u : 2u) << "the cells in which the parts touch";
     EXPECT_EQ(decoder.cells().size(), surface->vertices.size());
   }
 }
@@ -280,7 +283,8 @@ TEST(Manifold, AtEveryLevelOfAPacket) {
       options.level = level;
       const auto surface = Decoder().decode(packet, options);
       ASSERT_TRUE(surface.ok()) << m.name << ": " << surface.status().message();
-      EXPECT_EQ(made::manifoldFault(surface->quads), "") << m.name << ", level " << level;
+      EXPECT_EQ(manifoldness(surface->quads, surface->vertices.size()).first, "")
+          << m.name << ", level " << level;
     }
     const auto surface = Decoder().decode(packet);
     EXPECT_TRUE(checkClosed(*surface).ok()) << m.name;

@@ -91,7 +91,7 @@ Status begin(Element* element, const GstCaps* caps) {
   if (state.session && !(state.session->format.grid == format.grid))
     return {ErrorCode::kInvalidArgument,
             "caps: all volumes of a sequence lie on one grid, and this is another"};
-  EncoderSettings settings = properties.settings;
+  EncoderSettings settings = properties.chosen();
   settings.configuration.grid = format.grid;
   settings.configuration.inside =
       properties.inside.value_or(format.level_set ? Inside::kBelow : Inside::kAbove);

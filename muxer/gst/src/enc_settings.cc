@@ -17,7 +17,9 @@ enum Property {
   kBlock,
   kSearch,
   kRegistration,
+  kPreset,
   kVertex,
+  kFit,
   kNan,
   kJobs
 };
@@ -42,6 +44,14 @@ const GEnumValue kBlocks[] = {{0, "8, 16 or 32 cells, whichever is smallest", "a
                               {4, "16 cells", "16"},
                               {5, "32 cells", "32"},
                               {0, nullptr, nullptr}};
+const GEnumValue kPresets[] = {
+    {static_cast<gint>(Preset::kFast), "Half the time, larger packets", "fast"},
+    {static_cast<gint>(Preset::kDefault), "As what is not set otherwise", "default"},
+    {static_cast<gint>(Preset::kBest), "Twice the time: tries several sizes of blocks", "best"},
+    {0, nullptr, nullptr}};
+const GEnumValue kFits[] = {{static_cast<gint>(Fit::kVolume), "The volume's isosurface", "volume"},
+                            {static_cast<gint>(Fit::kExtracted), "The extractor's mesh", "extracted"},
+                            {0, nullptr, nullptr}};
 const GEnumValue kVertices[] = {
     {static_cast<gint>(VertexPlacement::kQef), "Least squares of planes", "qef"},
     {static_cast<gint>(VertexPlacement::kCentroid), "Mean of crossings", "centroid"},
@@ -58,6 +68,14 @@ constexpr auto kFlags =
 
 EncoderProperties::EncoderProperties() { settings.frame_types = FrameTypes::kAuto; }
 
+EncoderSettings EncoderProperties::chosen() const {
+  EncoderSettings result = settings;
+  usePreset(preset, result);
+  if (block_log2) result.motion.block_log2 = *block_log2;
+  if (search) result.motion.range = *search;
+  return result;
+}
+
 void EncoderProperties::install(GObjectClass* klass) {
   const auto choice = [&](guint id, const char* name, const char* nick, const char* blurb, const char* type,
                           const GEnumValue* values, gint preset) {
@@ -66,7 +84,7 @@ void EncoderProperties::install(GObjectClass* klass) {
         g_param_spec_enum(name, nick, blurb, g_enum_register_static(type, values), preset, kFlags));
   };
   const EncoderProperties preset;
-  const EncoderSettings& settings = preset.settings;
+  const EncoderSettings settings = preset.chosen();
   g_object_class_install_property(
       klass, kIso,
       g_param_spec_string(
@@ -88,6 +106,8 @@ void EncoderProperties::install(GObjectClass* klass) {
   choice(kFrameTypes, "frame-types", "Frame types",
          "Predict frames from those before them where that is smaller, or none", "GstIsoreelFrameTypes",
          kTypes, static_cast<gint>(settings.frame_types));
+  choice(kPreset, "preset", "Preset", "How much time to take; sets block and search where those are not set",
+         "GstIsoreelPreset", kPresets, static_cast<gint>(preset.preset));
   choice(kBlock, "block", "Block", "Side of the blocks that move", "GstIsoreelBlock", kBlocks,
          static_cast<gint>(settings.motion.block_log2));
   g_object_class_install_property(
@@ -101,6 +121,8 @@ void EncoderProperties::install(GObjectClass* klass) {
                                                        settings.motion.registration, kFlags));
   choice(kVertex, "vertex", "Vertex", "Vertex of a cell: least squares of planes, or mean of crossings",
          "GstIsoreelVertex", kVertices, static_cast<gint>(settings.placement));
+  choice(kFit, "fit", "Fit", "What surfaces come close to (profile main)", "GstIsoreelFit", kFits,
+         static_cast<gint>(settings.heights.fit));
   choice(kNan, "nan", "Not a number", "Samples that are not finite: an error, or outside", "GstIsoreelNan",
          kNonFinites, static_cast<gint>(settings.non_finite));
   g_object_class_install_property(
@@ -134,13 +156,19 @@ void EncoderProperties::set(GObject* object, guint id, const GValue* value, GPar
       settings.frame_types = static_cast<FrameTypes>(g_value_get_enum(value));
       break;
     case kBlock:
-      settings.motion.block_log2 = static_cast<std::uint32_t>(g_value_get_enum(value));
+      block_log2 = static_cast<std::uint32_t>(g_value_get_enum(value));
       break;
     case kSearch:
-      settings.motion.range = g_value_get_uint(value);
+      search = g_value_get_uint(value);
       break;
     case kRegistration:
       settings.motion.registration = g_value_get_boolean(value) != FALSE;
+      break;
+    case kPreset:
+      preset = static_cast<Preset>(g_value_get_enum(value));
+      break;
+    case kFit:
+      settings.heights.fit = static_cast<Fit>(g_value_get_enum(value));
       break;
     case kVertex:
       settings.placement = static_cast<VertexPlacement>(g_value_get_enum(value));
@@ -177,13 +205,19 @@ void EncoderProperties::get(GObject* object, guint id, GValue* value, GParamSpec
       g_value_set_enum(value, static_cast<gint>(settings.frame_types));
       break;
     case kBlock:
-      g_value_set_enum(value, static_cast<gint>(settings.motion.block_log2));
+      g_value_set_enum(value, static_cast<gint>(chosen().motion.block_log2));
       break;
     case kSearch:
-      g_value_set_uint(value, settings.motion.range);
+      g_value_set_uint(value, chosen().motion.range);
       break;
     case kRegistration:
       g_value_set_boolean(value, settings.motion.registration);
+      break;
+    case kPreset:
+      g_value_set_enum(value, static_cast<gint>(preset));
+      break;
+    case kFit:
+      g_value_set_enum(value, static_cast<gint>(settings.heights.fit));
       break;
     case kVertex:
       g_value_set_enum(value, static_cast<gint>(settings.placement));

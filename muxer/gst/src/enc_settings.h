@@ -11,12 +11,16 @@
 namespace isoreel::gst {
 
 struct EncoderProperties {
-  EncoderSettings settings;  // but for grid, inside, time base and threads
+  EncoderSettings settings;  // without what the preset sets
+  Preset preset = Preset::kDefault;
+  std::optional<std::uint32_t> block_log2, search;  // against the preset
   std::string isovalues;
   std::optional<Inside> inside;
   int jobs = 0;
 
   EncoderProperties();
+  /// All settings but grid, inside, time base and threads.
+  EncoderSettings chosen() const;
   static void install(GObjectClass* klass);
   void set(GObject* object, guint id, const GValue* value, GParamSpec* spec);
   void get(GObject* object, guint id, GValue* value, GParamSpec* spec) const;

@@ -232,6 +232,41 @@ TEST(VolumeSource, withEncoderAndMuxGivesTheFileOfTheCommandLine) {
   }
 }
 
+TEST_F(Encode, presetAndFitAreThoseOfTheLibrary) {
+  const auto run = [&](const std::string& properties) {
+    start(properties);
+    Bytes all;
+    for (std::uint64_t i = 0; i < 4; ++i) gst_harness_push(harness, ballBuffer(i));
+    for (const Got& one : packets()) all.insert(all.end(), one.data.begin(), one.data.end());
+    gst_harness_teardown(std::exchange(harness, nullptr));
+    gst_object_unref(std::exchange(bus, nullptr));
+    return all;
+  };
+  const auto wanted = [](Preset preset, Fit fit, std::optional<std::uint32_t> block = {}) {
+    EncoderSettings settings = ballSettings();
+    usePreset(preset, settings);
+    if (block) settings.motion.block_log2 = *block;
+    settings.heights.fit = fit;
+    Result<Encoder> encoder = Encoder::create(settings);
+    Bytes all;
+    for (std::uint64_t i = 0; i < 4; ++i) {
+      const Bytes data =
+          encoder->encode(Volume::own(ballGrid(), ball(i)), {i, static_cast<std::int64_t>(i), 1, 0})->data;
+      all.insert(all.end(), data.begin(), data.end());
+    }
+    return all;
+  };
+  const Bytes plain = wanted(Preset::kDefault, Fit::kVolume), fast = wanted(Preset::kFast, Fit::kVolume);
+  EXPECT_EQ(run("preset=default fit=volume"), plain);
+  EXPECT_EQ(run("preset=fast"), fast);
+  EXPECT_NE(fast, plain);
+  EXPECT_EQ(run("preset=best"), wanted(Preset::kBest, Fit::kVolume));
+  EXPECT_EQ(run("block=4 preset=fast"), wanted(Preset::kFast, Fit::kVolume, 2)) << "what is set counts";
+  const Bytes to_mesh = wanted(Preset::kDefault, Fit::kExtracted);
+  EXPECT_EQ(run("fit=extracted"), to_mesh);
+  EXPECT_NE(to_mesh, plain);
+}
+
 TEST(VolumeSource, saysWhatIsWrong) {
   Pipeline none("isoreelvolumesrc ! fakesink");
   EXPECT_FALSE(none.run());

@@ -18,6 +18,12 @@ enum class VertexPlacement {
   kCentroid,  // mean of the crossings on those edges
 };
 
+/// How many vertices an active cell has.
+enum class CellVertices {
+  kOnePerSheet,  // of the surface in it, so that the mesh is a 2-manifold (spec codec 5.5): profile main
+  kOne,          // in which all sheets meet: profile classic
+};
+
 /// What to do with samples that are not-a-number or infinite.
 enum class NonFinite {
   kRefuse,   // an error that names the first such sample
@@ -125,10 +131,12 @@ class Encoder {
 };
 
 /// The surface that the encoder's extractor sees before quantisation: dual contouring of `volume` (encoder
-/// side, not normative). Vertices are rounded to 1/16384 of a cell and numbered as a decoder numbers them.
+/// side, not normative). Vertices are rounded to 1/16384 of a cell and numbered as a decoder numbers them, of
+/// profile main unless `vertices` says otherwise.
 Result<Surface> extractSurface(const Volume& volume, double isovalue, Inside inside,
                                VertexPlacement placement = VertexPlacement::kQef,
                                NonFinite non_finite = NonFinite::kRefuse,
-                               const ParallelFor& parallel = serialFor);
+                               const ParallelFor& parallel = serialFor,
+                               CellVertices vertices = CellVertices::kOnePerSheet);
 
 }  // namespace isoreel
