@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// For the thread sanitizer only: GLib's locks are futexes inside a library that is not instrumented, so it cannot see what
-// they order. Calls of GLib's locks, from GStreamer and from us, come here first and tell it.
+// For the thread sanitizer only: GLib's locks are futexes inside a library that is not instrumented, so it
+// cannot see what they order. Calls of GLib's locks and queues, from GStreamer and from us, come here first
+// and tell it.
 #include <dlfcn.h>
 #include <gst/gst.h>
 #include <sanitizer/tsan_interface.h>
@@ -90,6 +91,25 @@ gboolean g_cond_wait_until(GCond* cond, GMutex* mutex, gint64 end) {
   const gboolean signalled = real(cond, mutex, end);
   __tsan_acquire(mutex);
   return signalled;
+}
+
+// What one thread puts into a queue another one takes out: that lock is inside GLib.
+void g_async_queue_push(GAsyncQueue* queue, gpointer data) {
+  NEXT(g_async_queue_push);
+  __tsan_release(queue);
+  real(queue, data);
+}
+gpointer g_async_queue_try_pop(GAsyncQueue* queue) {
+  NEXT(g_async_queue_try_pop);
+  const gpointer data = real(queue);
+  __tsan_acquire(queue);
+  return data;
+}
+gpointer g_async_queue_timeout_pop(GAsyncQueue* queue, guint64 microseconds) {
+  NEXT(g_async_queue_timeout_pop);
+  const gpointer data = real(queue, microseconds);
+  __tsan_acquire(queue);
+  return data;
 }
 
 // Whoever drops the last reference sees all that others did before they dropped theirs.
