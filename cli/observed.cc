@@ -37,6 +37,11 @@ Result<Surface> surfaceOf(Reader& reader, Decoder& decoder, std::uint64_t entry)
 Json frameOf(Reader& reader, Decoder& decoder, std::uint64_t entry) {
   const FrameHeader& header = reader.entryHeader(entry);
   Json frame = {{"number", header.number}, {"time", header.time}, {"hidden", header.hidden()}};
+  if (header.error_kind != ErrorKind::kNone) {
+    frame["error_kind"] = header.error_kind;
+    frame["error_rms"] = header.error_rms;
+    frame["error_max"] = header.error_max;
+  }
   const Result<Surface> surface = surfaceOf(reader, decoder, entry);
   if (surface.ok()) {
     frame.update(summaryOf(*surface));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Payloads that are one zstd frame (spec container 1.5).
+// Payloads that are one zstd frame (spec container 1.1).
 #pragma once
 
 #include <isoreel/base/bytes.h>

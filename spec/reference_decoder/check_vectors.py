@@ -104,6 +104,8 @@ class Checks:
             frames = []
             for header, surface in surfaces(source, track):
                 frame = {"number": header.number, "time": header.time, "hidden": header.hidden}
+                if header.error[0]:
+                    frame |= zip(("error_kind", "error_rms", "error_max"), header.error)
                 frames.append(frame | ({"error": ""} if isinstance(surface, Refused) else summary(surface)))
             tracks.append({"id": track.id, "name": track.name or "", "frames": frames})
         attachments = []

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Field types: spec/codec.md section 1.2. Part of decode.py."""
+"""Field types: spec/notation.md section 2.2. Part of decode.py."""
 
 import struct
 from math import isfinite
@@ -9,7 +9,7 @@ from entropy import MASK64, Refused, require
 
 
 class Fields:
-    """Reads field types (1.2) from the front of some bytes."""
+    """Reads field types from the front of some bytes."""
 
     def __init__(self, data):
         self.data, self.at = data, 0

@@ -53,7 +53,7 @@ def check_version(version):
 
 
 def sized(fields):
-    """1.2: the structure's fields; what is left of them is skipped."""
+    """notation 2.2: the structure's fields; what is left of them is skipped."""
     return Fields(fields.take(fields.varint(0, MASK64)))
 
 
@@ -104,8 +104,9 @@ class Header:
         require((kind == 0) == (self.back == 0), "an I frame, and no other, is its own key")
         self.hidden = self.flags & 1 == 1
         self.key = (self.number, self.position, self.time, duration, kind, self.flags, self.back, f.f64(),
-                    *[f.varint() for _ in range(8)], f.f64(), f.f64(), f.varint(), f.svarint(), f.fixed(1, 0, 2), f32(f), f32(f),
-                    f.fixed(8))
+                    *[f.varint() for _ in range(8)], f.f64(), f.f64(), f.varint(), f.svarint())
+        self.error = f.fixed(1, 0, 2), f32(f), f32(f)
+        self.key += (*self.error, f.fixed(8))
 
 
 def read_frame(payload):

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Decompresses one Zstandard frame (RFC 8878), without dictionaries: what spec/container.md 1.5 asks for.
+"""Decompresses one Zstandard frame (RFC 8878), without dictionaries: what spec/container.md 1.1 asks for.
 Numbers in brackets name sections of the RFC. Part of isr.py."""
 
 from entropy import Refused, require

@@ -171,6 +171,8 @@ void damageFrames(Files& files) {
   });
   raw("frame_header_too_short", "ends inside surface_hash", [](Bytes& h) { h.resize(h.size() - 1); });
   raw("frame_error_kind_3", "error_kind 3 is above 2", [](Bytes& h) { h[h.size() - 17] = 3; });
+  raw("frame_error_max_not_finite", "error_max is not finite",
+      [](Bytes& h) { h[h.size() - 10] = 0x80, h[h.size() - 9] = 0x7F; });
   files.damaged("frame_without_packet", "container 4.2", "packet_length 0 is below 1",
                 with([](FileMaker& maker) {
                   Bytes header;
@@ -197,24 +199,24 @@ void damageRest(Files& files) {
                            const std::function<void(FileMaker&)>& change) {
     files.damaged(name, spec, error, with(change));
   };
-  changed("tags_not_zstd", "container 1.5", "not a zstd frame", [](FileMaker& m) {
+  changed("tags_not_zstd", "container 1.1", "not a zstd frame", [](FileMaker& m) {
     m.chunk("TAGS", {'{', '}'});
   });
-  changed("tags_without_size", "container 1.5", "does not state its content's size", [](FileMaker& m) {
+  changed("tags_without_size", "container 1.1", "does not state its content's size", [](FileMaker& m) {
     m.chunk("TAGS", zstdWithoutSize({'{', '}'}));
   });
-  changed("tags_two_frames", "container 1.5", "bytes follow the zstd frame", [](FileMaker& m) {
+  changed("tags_two_frames", "container 1.1", "bytes follow the zstd frame", [](FileMaker& m) {
     Bytes twice = *compress(Bytes{'{', '}'});
     twice.insert(twice.end(), twice.begin(), twice.end());
     m.chunk("TAGS", twice);
   });
   changed("tags_above_limit", "container 10", "is above 1048576",
           [](FileMaker& m) { m.chunk("TAGS", *compress(Bytes((1 << 20) + 1, ' '))); });
-  changed("tags_claim_2_40", "container 1.5", "is above 1048576",
+  changed("tags_claim_2_40", "container 1.1", "is above 1048576",
           [](FileMaker& m) { m.chunk("TAGS", zstdThatClaims(std::uint64_t{1} << 40)); });
-  changed("chapters_claim_2_40", "container 1.5", "is above 1048576",
+  changed("chapters_claim_2_40", "container 1.1", "is above 1048576",
           [](FileMaker& m) { m.chunk("CHAP", zstdThatClaims(std::uint64_t{1} << 40)); });
-  changed("attachment_claims_2_40", "container 1.5", "is above 1048576", [](FileMaker& m) {
+  changed("attachment_claims_2_40", "container 1.1", "is above 1048576", [](FileMaker& m) {
     Bytes payload{9, 5, 'a', '.', 't', 'x', 't', 0, AttachmentPart::kLast, 0};
     const Bytes bomb = zstdThatClaims(std::uint64_t{1} << 40);
     payload.insert(payload.end(), bomb.begin(), bomb.end());

@@ -146,6 +146,20 @@ Bytes extendedFile() {
   return maker.finish();
 }
 
+/// Errors of every kind, and of none.
+Bytes measured() {
+  FileMaker maker;
+  maker.track(0, "a");
+  const std::pair<float, float> errors[] = {{0, 0}, {0.0625f, 0.25f}, {0.1f, 3}};
+  for (std::uint8_t kind = 0; kind < 3; ++kind) {
+    Packet packet = still(kind);
+    packet.header.error_kind = static_cast<ErrorKind>(kind);
+    std::tie(packet.header.error_rms, packet.header.error_max) = errors[kind];
+    maker.frame(packet);
+  }
+  return maker.finish();
+}
+
 /// A chunk inside the payload of another one is none.
 Bytes chunkInPayload() {
   FileMaker inner, maker;
@@ -174,6 +188,8 @@ void acceptAll(Files& files) {
   files.accept("file_p_frames", "container 4.1", "an I frame and three P frames", predicted());
   files.accept("file_hidden", "container 4.1", "frames that are decoded and not shown, with times below 0",
                preRoll());
+  files.accept("file_errors", "container 4.1", "error_kind 0, 1 and 2, with error_rms and error_max",
+               measured());
   files.accept("file_tracks", "container 5", "two tracks, frames side by side", twoTracks());
   files.accept("file_tags_chapters", "container 6.1", "tags that replace others; a chapter and a marker",
                described());
@@ -187,7 +203,7 @@ void acceptAll(Files& files) {
   files.accept("file_parity_unusable", "container 6.4", "a PRTY chunk with no rows: it is passed over",
                unusable.finish());
   files.accept("file_appended", "container 11", "a file that grew behind its footer", appendedTo());
-  files.accept("file_extended", "container 1.4",
+  files.accept("file_extended", "notation 3.2",
                "minor 9, unknown chunks and flags, bytes behind all known fields", extendedFile());
   files.accept("file_chunk_in_payload", "container 3.1", "a frame's chunk inside another chunk's payload",
                chunkInPayload());

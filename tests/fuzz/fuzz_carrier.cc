@@ -6,12 +6,16 @@
 
 extern "C" {
 #include <libavutil/log.h>
+#include <libavutil/mem.h>
 }
 
 #include <algorithm>
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   av_log_set_level(AV_LOG_QUIET);
+  // As FFmpeg's own fuzzers do: it takes what a table of a MOV claims, up to 2 GiB in one piece, before it
+  // reads the table.
+  av_max_alloc(32 << 20);
   auto sniffed = isoreel::lavf::sniff(isoreel::openMemory(isoreel::Bytes(data, data + size)));
   if (!sniffed.ok() || !sniffed->carrier) return 0;
   auto reader = isoreel::lavf::CarrierReader::open(std::move(sniffed->source));

@@ -11,18 +11,18 @@ import sys
 from pathlib import Path
 
 SOURCES = ["base", "codec", "container", "io", "inspect", "muxer", "cli", "tests", "bench"]
-TEXTS = ["codec", "container", "mappings"]
+TEXTS = ["notation", "codec", "container", "mappings"]
 
 # Rows of a table that are no fields of the structure, and fields that stand in the section's sentences.
 NO_FIELDS = {"container 3.1": {"payload crc"}}
 IN_WORDS = {"container 6.2": {"count"}}
 
 # Calls of a visitor -> types of the texts.
-TYPES = {"varint": r"varint(64)?", "signedVarint": "svarint", "f64": "f64", "f32": "f32", "array": r"bytes\[\d+\]", "blob": "blob",
+TYPES = {"varint": "varint", "signedVarint": "svarint", "f64": "f64", "f32": "f32", "array": r"bytes\[\d+\]", "blob": "blob",
          "text": "text", "fixed": r"u(8|16|32|64)"}
 FIELD = re.compile(r'v\.(\w+)\(\s*"([^"]+)"\s*,\s*((?:[^()]|\((?:[^()]|\([^()]*\))*\))*)\)')
 STRUCT = re.compile(r'kSpec = "((?:codec|container|mappings) [\d.]+)"')
-CITED = re.compile(r"\b(codec|container|mappings)(?:\.md,?)?(?: section)? (\d+(?:\.\d+)*)\b(?!\^|-| bytes)")
+CITED = re.compile(r"\b(notation|codec|container|mappings)(?:\.md,?)?(?: section)? (\d+(?:\.\d+)*)\b(?!\^|-| bytes)")
 HEADING = re.compile(r"^#{2,4} (\d+(?:\.\d+)*) ", re.MULTILINE)
 
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Bounded little-endian bytes in and out, and the CRC-32C that guards them (spec/container.md 1,
-// spec/codec.md 1).
+// Bounded little-endian bytes in and out, and the CRC-32C that guards them (spec notation 2.2 and
+// notation 6).
 #pragma once
 
 #include <bit>

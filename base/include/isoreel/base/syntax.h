@@ -253,7 +253,7 @@ Status writeSyntax(Bytes& out, const Struct& value) {
 }
 
 /// Reads a struct that stands behind a varint with its length, and skips bytes after the fields it knows: the
-/// extension rule of the format (spec codec 1.4, container 1.4).
+/// extension rule of the format (spec notation 3.2).
 template <class Struct>
 Status readSized(ByteReader& in, Struct& value) {
   const std::uint64_t size = in.varint();
