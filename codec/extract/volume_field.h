@@ -3,7 +3,6 @@
 
 #include <isoreel/codec/volume.h>
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -67,7 +66,7 @@ class VolumeField {
   }
 
  private:
-  using Four = Eigen::Array4f;
+  using Four = float __attribute__((vector_size(16)));
 
   /// From the samples at the lower and the upper ends of a cell's four edges along x.
   Sample between(const Four& lower, const Four& upper, const Vec3f& t) const {
