@@ -94,7 +94,13 @@ struct Encoder::State {
     index.build(active);
     return splitSheets(std::move(cells), index);
   }
-  /// `cells`: as above; `vertices` in them. `volume`: what they are from; null when that is not known.
+  /// Whether heights are chosen without knowing where the extractor would put vertices.
+  bool placesItself() const {
+    return settings.configuration.profile == Profile::kMain && settings.heights.fit == Fit::kVolume &&
+           !settings.heights.refine;
+  }
+  /// `cells`: as above; `vertices` in them, none when placesItself(). `volume`: what they are from; null when
+  /// that is not known.
   Result<Packet> code(const Volume* volume, const SignBitmap& bitmap, std::span<const Cell> active,
                       std::span<const Cell> cells, std::span<const std::array<std::int32_t, 3>> vertices,
                       const FrameTiming& timing, PacketSizes* sizes);
@@ -104,7 +110,7 @@ void usePreset(Preset preset, EncoderSettings& settings) {
   settings.motion.range = preset == Preset::kFast ? 0 : MotionSettings{}.range;
   settings.motion.block_log2 =
       preset == Preset::kBest ? MotionSettings::kAnySize : MotionSettings{}.block_log2;
-  settings.heights.weigh_rate = preset != Preset::kFast;
+  settings.heights.refine = preset != Preset::kFast;
 }
 
 Encoder::Encoder(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -160,7 +166,9 @@ Result<Packet> Encoder::State::encode(const Volume& volume, const FrameTiming& t
   const std::vector<Cell> active = bitmap.activeCells(settings.parallel), cells = verticesOf(active);
   if (cells.size() > 0xFFFFFFFFu / 4)
     return {ErrorCode::kLimit, "the surface has more than 2^30 vertices (spec codec 3.1)"};
-  const auto vertices = placeVertices(volume, timing.isovalue, cells, settings.placement, settings.parallel);
+  std::vector<std::array<std::int32_t, 3>> vertices;
+  if (!placesItself())
+    vertices = placeVertices(volume, timing.isovalue, cells, settings.placement, settings.parallel);
   return code(&volume, bitmap, active, cells, vertices, timing, sizes);
 }
 
@@ -237,7 +245,7 @@ Result<Packet> Encoder::State::code(const Volume* volume, const SignBitmap& bitm
   Errors errors;
   const auto intra = [&]() -> Status {
     ISOREEL_ASSIGN(coded, main ? coder->codeIntra() : codeIntra(input));
-    errors = errorsOf(coded->decoded, vertices);
+    if (!main) errors = errorsOf(coded->decoded, vertices);
     intra_rate = cells.empty() ? 0 : coded->bytes() / static_cast<double>(cells.size());
     return {};
   };
@@ -259,7 +267,7 @@ Result<Packet> Encoder::State::code(const Volume* volume, const SignBitmap& bitm
                                             : codePredicted(with_reference, reference, motion, models));
       if (log2 == smallest || other.bytes() < predicted.bytes()) predicted = std::move(other);
     }
-    const Errors predicted_errors = errorsOf(predicted.decoded, vertices);
+    const Errors predicted_errors = main ? Errors{} : errorsOf(predicted.decoded, vertices);
     // In main both kinds of frame come equally close, so the I frame's bytes need not be known where there is
     // no doubt.
     bool better = main && predicted.bytes() < kNoDoubt * intra_rate * static_cast<double>(cells.size());

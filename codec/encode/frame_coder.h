@@ -18,7 +18,8 @@ struct FrameInput {
   std::span<const Cell> active;                           // cells
   std::span<const Cell> cells;                            // the vertices': these, or their sheets
   const CellIndex& index;                                 // of the vertices' cells
-  std::span<const std::array<std::int32_t, 3>> vertices;  // in their cells, 1/16384 from corner 0
+  std::span<const std::array<std::int32_t, 3>> vertices;  // in their cells, 1/16384 from corner 0; profile
+                                                          // main may find its own when there are none
   ResidualSteps steps;
 };
 

@@ -16,6 +16,8 @@ constexpr int kFitRounds = 1;
 // Passes over the residuals when their cost counts: in each, a vertex sees what the last one made of those
 // behind it.
 constexpr int kRatePasses = 2;
+// Where little time is to be spent, one of so many vertices is looked at for the weights.
+constexpr std::size_t kSparse = 4;
 // A bit is worth this many squared steps of one sample; less in even cells, since odd ones are predicted from
 // them.
 constexpr std::array<double, 2> kBitWorth{0.3, 0.9};
@@ -99,10 +101,13 @@ HeightCoder::HeightCoder(const FrameInput& frame, const VolumeField* field, std:
   } else {
     target_ = std::make_unique<MeshTarget>(frame.cells, frame.vertices, quads_, frame.grid);
   }
-  fit_.emplace(*target_, frame.cells, heights, quads_, frame.grid, parallel);
+  fit_.emplace(*target_, frame.cells, heights, quads_, frame.grid, !settings.refine, parallel);
   fit_->toSurface();
-  if (settings.fit_triangles) fit_->optimise(kFitRounds);
+  if (settings.fit_triangles) fit_->optimise(kFitRounds, settings.refine ? 2 : 1);
   wanted_ = fit_->heights();
+  if (!frame_.vertices.empty()) return;
+  for (std::uint32_t i = 0; i < frame.cells.size(); ++i) vertices_.push_back(fit_->vertex(i));
+  frame_.vertices = vertices_;
 }
 
 Result<CodedFrame> HeightCoder::codeIntra() {
@@ -140,7 +145,8 @@ Status HeightCoder::codeVertices(CodedFrame& coded) {
   }
   const std::int32_t step = frame_.steps.normal;
   const double step_in_cells = static_cast<double>(step) / kCell;
-  const HeightWeights weights = fitHeights(heights_, tools_, step_in_cells, coded.models.heights.weights);
+  const HeightWeights weights = fitHeights(heights_, tools_, step_in_cells, settings_.refine ? 1 : kSparse,
+                                           coded.models.heights.weights);
   const HeightModels before = coded.models.heights;
   HeightModels& models = coded.models.heights;
   const auto nearest = [&](std::uint32_t i, std::int32_t expected, const HeightContext&) {
@@ -174,8 +180,12 @@ Status HeightCoder::codeVertices(CodedFrame& coded) {
     coder.finish();
   };
   if (fit_ && settings_.weigh_rate) {
-    fit_->setAll(wanted_);
-    fit_->linearise();  // once is near enough for all passes
+    if (settings_.refine || !settings_.fit_triangles) {
+      fit_->setAll(wanted_);
+      fit_->linearise();  // once is near enough for all passes
+    } else {              // nor are the fit's own slopes far off
+      for (std::uint32_t i = 0; i < wanted_.size(); ++i) fit_->set(i, wanted_[i]);
+    }
     for (int pass = 0; pass < kRatePasses; ++pass) write(cheapest);
   } else {
     write(nearest);

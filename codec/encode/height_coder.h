@@ -26,14 +26,15 @@ class HeightCoder {
  private:
   Status codeVertices(CodedFrame& coded);
 
-  const FrameInput& frame_;
+  FrameInput frame_;
   std::uint32_t tools_;
   HeightSettings settings_;
   HeightFrame& heights_;
   std::vector<Quad> quads_;
   std::unique_ptr<FitTarget> target_;
   std::optional<SurfaceFit> fit_;
-  std::vector<float> wanted_;  // heights, in cells
+  std::vector<float> wanted_;                          // heights, in cells
+  std::vector<std::array<std::int32_t, 3>> vertices_;  // at these, where the frame has none
 };
 
 }  // namespace isoreel

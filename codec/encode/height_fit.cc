@@ -30,9 +30,10 @@ double costOf(std::span<const Example<N>> examples, const std::array<std::int32_
   return bits;
 }
 
-/// Changes weights where that pays.
+/// Changes weights where that pays; each example stands for `every`.
 template <std::size_t N>
-void fitWeights(std::span<const Example<N>> examples, double step, std::array<std::int32_t, N>& set) {
+void fitWeights(std::span<const Example<N>> examples, double step, std::size_t every,
+                std::array<std::int32_t, N>& set) {
   using Inputs = Eigen::Matrix<double, static_cast<int>(N), 1>;
   using Square = Eigen::Matrix<double, static_cast<int>(N), static_cast<int>(N)>;
   Inputs start;
@@ -56,12 +57,13 @@ void fitWeights(std::span<const Example<N>> examples, double step, std::array<st
         std::clamp<double>(64 * weights[static_cast<int>(k)], -HeightWeights::kMax, HeightWeights::kMax)));
     change += 2 + 2 * std::log2(1 + std::abs(result[k] - set[k]));
   }
-  if (costOf<N>(examples, set, step) > costOf<N>(examples, result, step) + change) set = result;
+  const double gain = costOf<N>(examples, set, step) - costOf<N>(examples, result, step);
+  if (static_cast<double>(every) * gain > change) set = result;
 }
 
 }  // namespace
 
-HeightWeights fitHeights(const HeightFrame& frame, std::uint32_t tools, double step,
+HeightWeights fitHeights(const HeightFrame& frame, std::uint32_t tools, double step, std::size_t every,
                          const HeightWeights& before) {
   HeightWeights result = before;
   for (std::size_t colour = 0; colour < 2; ++colour) {
@@ -72,9 +74,11 @@ HeightWeights fitHeights(const HeightFrame& frame, std::uint32_t tools, double s
       const std::uint32_t* links = list.links.data();
       for (std::size_t n = 0; n < list.cells.size(); ++n) {
         const std::uint32_t i = list.cells[n];
-        const heights::Coded coded =
-            heights::around(frame.parts.data(), colour, list.counts[n], links, tools, !frame.moved.empty());
+        const std::uint32_t* const own_links = links;
         links += Surroundings::linkCount(list.counts[n]);
+        if (n % every != 0) continue;
+        const heights::Coded coded = heights::around(frame.parts.data(), colour, list.counts[n], own_links,
+                                                     tools, !frame.moved.empty());
         const double height = static_cast<double>(frame.heights[i]) / kCell;
         Example<HeightWeights::kInputs> example;
         example.height = height;
@@ -93,9 +97,9 @@ HeightWeights fitHeights(const HeightFrame& frame, std::uint32_t tools, double s
         moved[frame.moved[i].confidence >= 4].push_back(other);
       }
     }
-    if (frame.moved.empty()) fitWeights<HeightWeights::kInputs>(examples, step, result.plain[colour]);
+    if (frame.moved.empty()) fitWeights<HeightWeights::kInputs>(examples, step, every, result.plain[colour]);
     for (std::size_t kind = 0; kind < 2; ++kind)
-      fitWeights<HeightWeights::kMovedInputs>(moved[kind], step, result.moved[colour][kind]);
+      fitWeights<HeightWeights::kMovedInputs>(moved[kind], step, every, result.moved[colour][kind]);
   }
   return result;
 }

@@ -14,12 +14,14 @@ constexpr float kDoubtful = 0.6f;  // a sample that is farther from the surface 
 }  // namespace
 
 SurfaceFit::SurfaceFit(const FitTarget& target, std::span<const Cell> cells, const HeightFrame& frame,
-                       std::span<const Quad> quads, const Grid& grid, const ParallelFor& parallel)
+                       std::span<const Quad> quads, const Grid& grid, bool sparse,
+                       const ParallelFor& parallel)
     : target_(target),
       cells_(cells),
       frame_(frame),
       quads_(quads),
       grid_(grid),
+      sparse_(sparse),
       parallel_(parallel),
       heights_(cells.size()),
       start_(cells.size()),
@@ -45,6 +47,7 @@ void SurfaceFit::makeSamples(std::span<const Quad> quads) {
     vertex.vertices.fill(i);
     vertex.parts = {1, 0, 0, 0};
     samples_.push_back(vertex);
+    if (sparse_) continue;
     for (const std::size_t face : {1u, 3u, 5u}) {
       const std::uint32_t j = frame_.around.across[i][face];
       if (j == i) continue;
@@ -84,6 +87,15 @@ Vec3f SurfaceFit::place(std::uint32_t i) const {
     const auto low = static_cast<float>(corner[k]);
     result[k] = std::clamp(result[k] + heights_[i] * normals_[i][k], low, low + 1);
   }
+  return result;
+}
+
+std::array<std::int32_t, 3> SurfaceFit::vertex(std::uint32_t i) const {
+  const Vec3f at = place(i);
+  const std::array<std::uint16_t, 3> corner{cells_[i].x, cells_[i].y, cells_[i].z};
+  std::array<std::int32_t, 3> result;
+  for (std::size_t k = 0; k < 3; ++k)
+    result[k] = static_cast<std::int32_t>((at[k] - static_cast<float>(corner[k])) * kCell);
   return result;
 }
 
@@ -154,6 +166,7 @@ SurfaceFit::Bowl SurfaceFit::bowl(std::uint32_t i) const {
 
 void SurfaceFit::set(std::uint32_t i, float height) {
   const float change = height - heights_[i];
+  if (change == 0) return;
   heights_[i] = height;
   for (std::uint32_t u = first_use_[i]; u < first_use_[i + 1]; ++u) {
     Sample& sample = samples_[uses_[u].sample];
@@ -161,10 +174,10 @@ void SurfaceFit::set(std::uint32_t i, float height) {
   }
 }
 
-void SurfaceFit::optimise(int rounds) {
+void SurfaceFit::optimise(int rounds, int sweeps) {
   for (int round = 0; round < rounds; ++round) {
     linearise();
-    for (int sweep = 0; sweep < 2; ++sweep) {
+    for (int sweep = 0; sweep < sweeps; ++sweep) {
       for (std::uint32_t i = 0; i < heights_.size(); ++i) set(i, bowl(i).best);
     }
   }

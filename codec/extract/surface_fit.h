@@ -18,16 +18,19 @@ namespace isoreel {
 /// the last linearise().
 class SurfaceFit {
  public:
-  /// Everything must outlive it; `quads` are the dual mesh of `cells`.
+  /// Everything must outlive it; `quads` are the dual mesh of `cells`. `sparse`: without the middles of
+  /// edges.
   SurfaceFit(const FitTarget& target, std::span<const Cell> cells, const HeightFrame& frame,
-             std::span<const Quad> quads, const Grid& grid, const ParallelFor& parallel);
+             std::span<const Quad> quads, const Grid& grid, bool sparse, const ParallelFor& parallel);
 
   /// Heights in cells.
   const std::vector<float>& heights() const { return heights_; }
+  /// Where a vertex is now, in its cell, 1/16384 from corner 0.
+  std::array<std::int32_t, 3> vertex(std::uint32_t i) const;
   /// Puts every vertex where its normal meets the target.
   void toSurface();
-  /// Moves heights to where the sum of squares is least.
-  void optimise(int rounds);
+  /// Moves heights towards where the sum of squares is least: so many rounds of a linearise() and sweeps.
+  void optimise(int rounds, int sweeps);
 
   /// What a vertex's height costs while all others stay: curvature · (height - best)² and a constant. `best`
   /// is not far from toSurface()'s.
@@ -63,6 +66,7 @@ class SurfaceFit {
   const HeightFrame& frame_;
   std::span<const Quad> quads_;
   const Grid& grid_;
+  const bool sparse_;
   const ParallelFor& parallel_;
   std::vector<Sample> samples_;
   std::size_t first_of_quads_ = 0;

@@ -3,7 +3,6 @@
 
 #include <isoreel/codec/volume.h>
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -58,16 +57,17 @@ class VolumeField {
     }
     const float* const v = volume_.samples.data() + low[0] + low[1] * row_ + low[2] * slab_;
     const float* const w = v + slab_;
-    const Sample result = between({v[0], v[row_], w[0], w[row_]}, {v[1], v[row_ + 1], w[1], w[row_ + 1]}, t);
+    const Sample result =
+        between(Four{v[0], v[row_], w[0], w[row_]}, Four{v[1], v[row_ + 1], w[1], w[row_ + 1]}, t);
     // A sample that is not finite leaves nothing finite.
     if (result.value - result.value == 0.0f) [[likely]]
       return result;
-    return between({finite(v[0]), finite(v[row_]), finite(w[0]), finite(w[row_])},
-                   {finite(v[1]), finite(v[row_ + 1]), finite(w[1]), finite(w[row_ + 1])}, t);
+    return between(Four{finite(v[0]), finite(v[row_]), finite(w[0]), finite(w[row_])},
+                   Four{finite(v[1]), finite(v[row_ + 1]), finite(w[1]), finite(w[row_ + 1])}, t);
   }
 
  private:
-  using Four = Eigen::Array4f;
+  using Four = float __attribute__((vector_size(16)));
 
   /// From the samples at the lower and the upper ends of a cell's four edges along x.
   Sample between(const Four& lower, const Four& upper, const Vec3f& t) const {

@@ -58,6 +58,8 @@ struct HeightSettings {
   bool sheets = true;         // a vertex for each sheet of a cell, so that the mesh is a manifold (another)
   bool fit_triangles = true;  // choose heights for the mesh's triangles, not for its vertices alone
   bool weigh_rate = true;     // and for what they cost
+  bool refine = true;         // look closely: at more samples of the target, after the fit once more, at
+                              // all vertices for the weights of predictions
 };
 
 struct EncoderSettings {
