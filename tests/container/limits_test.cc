@@ -217,7 +217,7 @@ TEST(Limits, FootersMustBeRightInAPipeToo) {
     auto stream = streamBytes(file);
     EXPECT_TRUE(stream.ok());
     std::vector<Packet> played;
-    const Status status = playAll(**stream, played);
+    Status status = playAll(**stream, played);
     EXPECT_EQ(played.size(), 2u);
     return status;
   };

@@ -26,7 +26,7 @@ GstMemory* memoryOf(const std::vector<Element>& elements) {
   return memory;
 }
 
-GstBuffer* meshOf(std::vector<float> points, std::vector<guint32> triangles, guint64 frame) {
+GstBuffer* meshOf(const std::vector<float>& points, const std::vector<guint32>& triangles, guint64 frame) {
   GstBuffer* buffer = gst_buffer_new();
   gst_buffer_append_memory(buffer, memoryOf(points));
   gst_buffer_append_memory(buffer, memoryOf(triangles));
@@ -156,7 +156,7 @@ TEST_F(Render, widePixelsTakeHalfAsMany) {
   const Picture square = draw();
   gst_harness_set_sink_caps_str(
       harness_, "video/x-raw, format = RGBA, width = 32, height = 48, pixel-aspect-ratio = 2/1");
-  EXPECT_NEAR(2 * draw(1).blue(), square.blue(), square.blue() / 10);
+  EXPECT_NEAR(2 * draw(1).blue(), square.blue(), square.blue() / 10.0);
 }
 
 TEST_F(Render, looksAtTheBoxThatTheCapsTell) {
@@ -203,7 +203,7 @@ TEST_F(Render, draftsBeforeTheDecoderIsAskedForLess) {
   EXPECT_EQ(gst_harness_upstream_events_received(harness_), passed);
   const Picture draft = draw(1);
   EXPECT_NE(draft.pixels, full.pixels);
-  EXPECT_NEAR(draft.blue(), full.blue(), full.blue() / 10);
+  EXPECT_NEAR(draft.blue(), full.blue(), full.blue() / 10.0);
   late(1, kFrameTime);  // that did not do: somebody else's turn
   EXPECT_EQ(gst_harness_upstream_events_received(harness_), passed + 1);
   gst_harness_push_event(harness_, gst_event_new_flush_start());
