@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "lattice/runs.h"
+
 namespace isoreel {
 namespace {
 
@@ -140,9 +142,8 @@ std::array<std::int32_t, 3> placeVertex(const Volume& volume, double isovalue, c
 std::vector<GridPosition> placeVertices(const Volume& volume, double isovalue, std::span<const Cell> cells,
                                         VertexPlacement placement, const ParallelFor& parallel) {
   std::vector<GridPosition> vertices(cells.size());
-  parallel((cells.size() + kCellsPerTask - 1) / kCellsPerTask, [&](std::size_t task) {
-    const std::size_t end = std::min(cells.size(), (task + 1) * kCellsPerTask);
-    for (std::size_t i = task * kCellsPerTask; i < end; ++i)
+  forRuns(parallel, cells.size(), kCellsPerTask, [&](std::size_t first, std::size_t end) {
+    for (std::size_t i = first; i < end; ++i)
       vertices[i] = placeVertex(volume, isovalue, cells[i], placement);
   });
   return vertices;

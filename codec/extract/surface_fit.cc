@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "lattice/runs.h"
+
 namespace isoreel {
 namespace {
 
@@ -101,9 +103,8 @@ std::array<std::int32_t, 3> SurfaceFit::vertex(std::uint32_t i) const {
 
 // The triangles of a quad: split along its shorter diagonal, as Surface::triangles() does.
 void SurfaceFit::splitQuads(std::span<const Quad> quads) {
-  parallel_((quads.size() + kPerTask - 1) / kPerTask, [&](std::size_t task) {
-    const std::size_t end = std::min(quads.size(), (task + 1) * kPerTask);
-    for (std::size_t q = task * kPerTask; q < end; ++q) {
+  forRuns(parallel_, quads.size(), kPerTask, [&](std::size_t first, std::size_t end) {
+    for (std::size_t q = first; q < end; ++q) {
       std::array<float, 2> square{};
       for (std::size_t d = 0; d < 2; ++d) {
         const Vec3f &a = places_[quads[q][d]], &b = places_[quads[q][d + 2]];
@@ -129,9 +130,8 @@ void SurfaceFit::splitQuads(std::span<const Quad> quads) {
 void SurfaceFit::linearise() {
   for (std::uint32_t i = 0; i < places_.size(); ++i) places_[i] = place(i);
   splitQuads(quads_);
-  parallel_((samples_.size() + kPerTask - 1) / kPerTask, [&](std::size_t task) {
-    const std::size_t end = std::min(samples_.size(), (task + 1) * kPerTask);
-    for (std::size_t s = task * kPerTask; s < end; ++s) {
+  forRuns(parallel_, samples_.size(), kPerTask, [&](std::size_t first, std::size_t end) {
+    for (std::size_t s = first; s < end; ++s) {
       Sample& sample = samples_[s];
       Vec3f at{};
       for (std::size_t v = 0; v < 4; ++v) {
@@ -184,9 +184,8 @@ void SurfaceFit::optimise(int rounds, int sweeps) {
 }
 
 void SurfaceFit::toSurface() {
-  parallel_((heights_.size() + kPerTask - 1) / kPerTask, [&](std::size_t task) {
-    const std::size_t end = std::min(heights_.size(), (task + 1) * kPerTask);
-    for (std::size_t i = task * kPerTask; i < end; ++i)
+  forRuns(parallel_, heights_.size(), kPerTask, [&](std::size_t first, std::size_t end) {
+    for (std::size_t i = first; i < end; ++i)
       start_[i] = target_.height(static_cast<std::uint32_t>(i), cells_[i], points_[i], normals_[i]);
   });
   heights_ = start_;
