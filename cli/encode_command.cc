@@ -56,6 +56,7 @@ struct EncodeOptions {
   bool registration = true;
   VertexPlacement placement = VertexPlacement::kQef;
   Fit fit = Fit::kVolume;
+  std::uint32_t slices = Slices{}.most;
   int jobs = 0;
   bool json = false;
   std::vector<std::string> tags;
@@ -224,6 +225,7 @@ EncoderSettings settingsOf(const EncodeOptions& options, const EncodeJob& job) {
   settings.configuration.time_base = job.times.base;
   settings.frame_types = options.frame_types;
   settings.gop = options.gop;
+  settings.configuration.slices.most = options.slices;
   usePreset(options.preset, settings);
   if (options.block)
     settings.motion.block_log2 = static_cast<std::uint32_t>(std::countr_zero(*options.block));
@@ -410,7 +412,7 @@ void addEncodeCommand(CLI::App& app, Action& chosen) {
           [options = options.get()](const std::string& text) {
             options->preset = choice("--preset", kPresets, text);
           },
-          "Time for bytes: fast does not search far nor weigh bits; best tries blocks of 8, 16 and 32 cells")
+          "Time for bytes: fast does not search far nor look closely; best tries blocks of 8, 16 and 32 cells")
       ->default_str("default")
       ->type_name("fast|default|best");
   verb->add_option(
@@ -453,6 +455,9 @@ void addEncodeCommand(CLI::App& app, Action& chosen) {
           "What profile main brings surfaces close to: the volume's isosurface, or the extractor's mesh")
       ->default_str("volume")
       ->type_name("volume|extracted");
+  verb->add_option("--slices", options->slices,
+                   "Parts that large frames are coded in, so that as many threads can decode one frame")
+      ->check(CLI::Range(1u, Slices::kMost));
   CLI::Option* fps =
       verb->add_option("--fps", options->fps,
                        "Frames a second: 25, 30000/1001 (without it, times in the volume files "

@@ -10,6 +10,7 @@
 #include "intra/sign_tree.h"
 #include "lattice/dual_mesh.h"
 #include "lattice/sheets.h"
+#include "syntax/slices.h"
 
 namespace isoreel {
 namespace {
@@ -139,17 +140,56 @@ Status decodeIntraVertices(ByteSpan bytes, const std::vector<Cell>& cells, const
   return endOf(coder, "vertices");
 }
 
-/// The vertices of an I packet of profile main (spec codec 11).
-Status decodeHeights(ByteSpan bytes, const std::vector<Cell>& cells, std::int32_t step, std::uint32_t tools,
-                     HeightModels& models, HeightFrame& frame,
-                     std::vector<std::array<std::int32_t, 3>>& vertices) {
-  RangeGet coder(bytes);
-  codeHeights(coder, models, {}, cells, frame, step, tools,
-              [](std::uint32_t, std::int32_t, const HeightContext&) { return 0; });
-  for (std::size_t i = 0; i < cells.size(); ++i)
-    vertices[i] = atHeight(frame.predicted.points[i], frame.predicted.normals[i], frame.heights[i]);
-  return endOf(coder, "vertices");
-}
+/// The streams of a slice; threads write beside each other in these.
+struct alignas(64) SliceStreams {
+  RangeGet signs, leaves;
+};
+
+/// The vertices of a packet of profile main (spec codec 11.5), slice by slice.
+class HeightSlices {
+ public:
+  /// Of a frame whose cells are there; all must outlive it.
+  HeightSlices(const std::vector<Cell>& cells, std::int32_t step, std::uint32_t tools, HeightFrame& frame,
+               PacketModels& models)
+      : cells_(cells), step_(step), tools_(tools), frame_(frame), models_(models) {}
+
+  /// Reads what stands in front of the heights.
+  Status open(ByteSpan section) {
+    const std::size_t count = frame_.around.sliceCount();
+    ISOREEL_ASSIGN(const std::vector<ByteSpan> streams, readSlices(section, count));
+    for (const ByteSpan stream : streams) slices_.push_back({RangeGet(stream), {}});
+    models_.haveSlices(count);
+    if (!cells_.empty()) models_.slices[0].heights.codeWeights(slices_[0].coder, {}, !frame_.moved.empty());
+    return {};
+  }
+  std::size_t count() const { return slices_.size(); }
+  /// Slices may be decoded side by side.
+  void decode(std::size_t n, std::vector<std::array<std::int32_t, 3>>& vertices) {
+    Slice& slice = slices_[n];
+    const std::span<const Surroundings::Run> runs = frame_.around.slice(n);
+    codeHeights(slice.coder, models_.slices[n].heights, models_.slices[0].heights.weights, runs, cells_, frame_, step_, tools_,
+                [](std::uint32_t, std::int32_t, const HeightContext&) { return 0; });
+    for (std::size_t i = runs.front().first; i < runs.back().end; ++i)
+      vertices[i] = atHeight(frame_.predicted.points[i], frame_.predicted.normals[i], frame_.heights[i]);
+    slice.status = endOf(slice.coder, "vertices");
+  }
+  Status status() const {
+    for (const Slice& slice : slices_) ISOREEL_TRY(slice.status);
+    return {};
+  }
+
+ private:
+  struct alignas(64) Slice {
+    RangeGet coder;
+    Status status;
+  };
+  const std::vector<Cell>& cells_;
+  std::int32_t step_;
+  std::uint32_t tools_;
+  HeightFrame& frame_;
+  PacketModels& models_;
+  std::vector<Slice> slices_;
+};
 
 }  // namespace
 
@@ -204,7 +244,7 @@ struct Decoder::State {
       configuration.reset();
       ISOREEL_ASSIGN(configuration, readConfiguration(header.configuration));
       models.reset();
-      models.signs.mixed = (configuration->tools & kToolMixedSigns) != 0;
+      models.mixSigns((configuration->tools & kToolMixedSigns) != 0);
       return {};
     }
     const std::uint64_t wanted = header.number - header.references[0];
@@ -272,7 +312,7 @@ Result<Surface> Decoder::State::decode(ByteSpan packet, const DecodeOptions& opt
 
   const Grid& grid = with.grid;
   tree_memory.cells = std::move(cells);
-  SignTree<RangeGet, UnknownTruth> tree(grid, {}, header.vertices, models.signs, std::move(tree_memory));
+  SignTree<RangeGet, UnknownTruth> tree(grid, {}, header.vertices, with.slices, std::move(tree_memory));
   const std::uint32_t depth = tree.depth();
   const std::uint32_t wanted = std::min(options.level.value_or(depth), depth);
   // Where P packets may follow, the rest is decoded too: they go on from it.
@@ -291,7 +331,6 @@ Result<Surface> Decoder::State::decode(ByteSpan packet, const DecodeOptions& opt
   }
   // Finer levels need the motion; they stand behind it.
   const std::uint32_t most = motion_bytes ? depth : payload.lastLevelBeforeMotion();
-  MovedSigns moved(field, part.motion(), models.moved_signs);
   std::optional<Surface> coarse;
   // Whether there is room for so much more.
   const auto room = [&](std::uint64_t bytes) {
@@ -310,17 +349,30 @@ Result<Surface> Decoder::State::decode(ByteSpan packet, const DecodeOptions& opt
         return surfaceFromSigns(tree.takeCells(), grid, depth - level + 1, sheets);
       }
       if (level > 0) ISOREEL_TRY(room(tree.bytesOfNextLevel()));
-      RangeGet signs(*sign_bytes), leaves(*leaf_bytes);
+      const std::size_t count = level == 0 ? 1 : tree.sliceCount();
+      ISOREEL_ASSIGN(const std::vector<ByteSpan> sign_streams, readSlices(*sign_bytes, count));
+      ISOREEL_ASSIGN(const std::vector<ByteSpan> leaf_streams, readSlices(*leaf_bytes, level == depth ? 1 : count));
+      models.haveSlices(count);
+      std::vector<SliceStreams> slices;
+      for (std::size_t n = 0; n < count; ++n)
+        slices.push_back({RangeGet(sign_streams[n]), RangeGet(n < leaf_streams.size() ? leaf_streams[n] : ByteSpan{})});
       if (level == 0) {
-        ISOREEL_TRY(tree.codeRoot(signs, leaves));
+        ISOREEL_TRY(tree.codeRoot(slices[0].signs, slices[0].leaves));
       } else if (predicted && motion_bytes && level > part.blockLevel()) {
-        moved.start(depth - level);
-        ISOREEL_TRY(tree.codeLevel(level, signs, leaves, moved));
+        ISOREEL_TRY(tree.codeLevel(level, [&](std::size_t n) {
+          SliceModels& own = models.slices[n];
+          return SignStreams{slices[n].signs, slices[n].leaves, own.signs,
+                             MovedSigns(field, part.motion(), own.moved_signs, depth - level)};
+        }, parallel));
       } else {
-        ISOREEL_TRY(tree.codeLevel(level, signs, leaves));
+        ISOREEL_TRY(tree.codeLevel(level, [&](std::size_t n) {
+          return SignStreams{slices[n].signs, slices[n].leaves, models.slices[n].signs, NothingMoved{}};
+        }, parallel));
       }
-      if (!signs.finished()) return leftOver("corner signs", level);
-      if (!leaves.finished()) return leftOver("leaf bits", level);
+      for (const SliceStreams& slice : slices) {
+        if (!slice.signs.finished()) return leftOver("corner signs", level);
+        if (!slice.leaves.finished()) return leftOver("leaf bits", level);
+      }
       if (level == wanted && level < depth) {
         ISOREEL_TRY(room(coarseBytes(tree.cells().size())));
         coarse = surfaceFromSigns(tree.cells(), grid, depth - level, sheets);
@@ -354,17 +406,19 @@ Result<Surface> Decoder::State::decode(ByteSpan packet, const DecodeOptions& opt
   Surface surface;
   surface.grid = grid;
   surface.vertices.resize(active.size());
+  HeightSlices height_slices(active, steps.normal, with.tools, heights, models);
   if (with.profile == Profile::kMain) {
-    heights.build(active, index, grid, parallel);
+    heights.build(active, index, grid, with.slices, parallel);
     if (predicted) part.moveHeights(active, field, heights, parallel);
+    ISOREEL_TRY(height_slices.open(*vertex_bytes));
   }
   Status vertices;
-  parallel(2, [&](std::size_t task) {  // beside the vertices, what connects them
-    if (task == 1) {
+  const std::size_t slices = std::max<std::size_t>(height_slices.count(), 1);
+  parallel(slices + 1, [&](std::size_t task) {  // beside the vertices, what connects them
+    if (task == slices) {
       surface.quads = dualQuads(active, index, std::size_t{header.faces} + 1);
     } else if (with.profile == Profile::kMain) {
-      vertices = decodeHeights(*vertex_bytes, active, steps.normal, with.tools, models.heights, heights,
-                               surface.vertices);
+      height_slices.decode(task, surface.vertices);
     } else if (predicted) {
       vertices = part.decodeVertices(*vertex_bytes, active, index, field, steps, models, surface.vertices);
     } else {
@@ -372,6 +426,7 @@ Result<Surface> Decoder::State::decode(ByteSpan packet, const DecodeOptions& opt
     }
   });
   ISOREEL_TRY(vertices);
+  ISOREEL_TRY(height_slices.status());
   if (predicted && options.motion != nullptr) *options.motion = part.blocks(active, field);
   toGridPositions(active, surface.vertices);
   if (surface.quads.size() != header.faces) return counts("quads", quadCount(active), header.faces);

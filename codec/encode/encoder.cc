@@ -129,7 +129,8 @@ Result<Encoder> Encoder::create(EncoderSettings settings) {
   settings.configuration.tools = (predicts ? kToolPrediction : 0) |
                                  (main && settings.heights.neighbours ? kToolNeighbours : 0) |
                                  (main && settings.heights.mixed_signs ? kToolMixedSigns : 0) |
-                                 (main && settings.heights.sheets ? kToolSheets : 0);
+                                 (main && settings.heights.sheets ? kToolSheets : 0) |
+                                 (main && settings.configuration.slices.most > 1 ? kToolSlices : 0);
   ISOREEL_ASSIGN(Bytes record, writeConfiguration(settings.configuration));
   auto state = std::make_unique<State>();
   state->settings = std::move(settings);
@@ -233,7 +234,9 @@ Result<Packet> Encoder::State::code(const Volume* volume, const SignBitmap& bitm
       cells,
       index,
       vertices,
-      {static_cast<std::int32_t>(header.step), static_cast<std::int32_t>(header.tangential_step)}};
+      {static_cast<std::int32_t>(header.step), static_cast<std::int32_t>(header.tangential_step)},
+      main ? settings.configuration.slices : Slices{},
+      settings.parallel};
   std::optional<VolumeField> field;
   if (main && volume != nullptr)
     field.emplace(*volume, timing.isovalue, settings.configuration.inside, active);

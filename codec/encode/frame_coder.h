@@ -2,6 +2,7 @@
 // One frame as a packet's payload, intra or predicted; the encoder chooses.
 #pragma once
 
+#include <isoreel/base/parallel.h>
 #include <isoreel/codec/encoder.h>
 #include <isoreel/codec/packet_header.h>
 
@@ -21,6 +22,8 @@ struct FrameInput {
   std::span<const std::array<std::int32_t, 3>> vertices;  // in their cells, 1/16384 from corner 0; profile
                                                           // main may find its own when there are none
   ResidualSteps steps;
+  Slices slices = {};
+  ParallelFor parallel = serialFor;  // for slices
 };
 
 /// A payload, and what the decoder makes of it.

@@ -2,6 +2,7 @@
 #include "encode/height_coder.h"
 
 #include <cmath>
+#include <utility>
 
 #include "encode/height_fit.h"
 #include "encode/sections.h"
@@ -13,9 +14,6 @@ namespace {
 
 // More rounds follow the noise of the samples: bits, and no gain in distance.
 constexpr int kFitRounds = 1;
-// Passes over the residuals when their cost counts: in each, a vertex sees what the last one made of those
-// behind it.
-constexpr int kRatePasses = 2;
 // Where little time is to be spent, one of so many vertices is looked at for the weights.
 constexpr std::size_t kSparse = 4;
 // A bit is worth this many squared steps of one sample; less in even cells, since odd ones are predicted from
@@ -89,7 +87,7 @@ std::int32_t limited(double value) {
 HeightCoder::HeightCoder(const FrameInput& frame, const VolumeField* field, std::uint32_t tools,
                          const HeightSettings& settings, const ParallelFor& parallel, HeightFrame& heights)
     : frame_(frame), tools_(tools), settings_(settings), heights_(heights) {
-  heights.build(frame.cells, frame.index, frame.grid, parallel);
+  heights.build(frame.cells, frame.index, frame.grid, frame.slices, parallel);
   if (field == nullptr) {
     for (std::size_t i = 0; i < frame.cells.size(); ++i)
       wanted_.push_back(heightOf(heights.predicted, i, frame.vertices[i]));
@@ -112,7 +110,7 @@ HeightCoder::HeightCoder(const FrameInput& frame, const VolumeField* field, std:
 
 Result<CodedFrame> HeightCoder::codeIntra() {
   CodedFrame coded;
-  coded.models.signs.mixed = (tools_ & kToolMixedSigns) != 0;
+  coded.models.mixSigns((tools_ & kToolMixedSigns) != 0);
   ISOREEL_TRY(SignWriter(frame_, coded).writeAll());
   heights_.moved.clear();
   ISOREEL_TRY(codeVertices(coded));
@@ -146,15 +144,16 @@ Status HeightCoder::codeVertices(CodedFrame& coded) {
   const std::int32_t step = frame_.steps.normal;
   const double step_in_cells = static_cast<double>(step) / kCell;
   const HeightWeights weights = fitHeights(heights_, tools_, step_in_cells, settings_.refine ? 1 : kSparse,
-                                           coded.models.heights.weights);
-  const HeightModels before = coded.models.heights;
-  HeightModels& models = coded.models.heights;
+                                           coded.models.slices[0].heights.weights);
+  const std::size_t slices = heights_.around.sliceCount();
+  coded.models.haveSlices(slices);
+  HeightModels* costs_by = nullptr;  // what the slice at hand's residuals are taken to cost by
   const auto nearest = [&](std::uint32_t i, std::int32_t expected, const HeightContext&) {
     return limited((static_cast<double>(wanted_[i]) * kCell - expected) / step);
   };
   const auto cheapest = [&](std::uint32_t i, std::int32_t expected, const HeightContext& context) {
     const SurfaceFit::Bowl bowl = fit_->bowl(i);
-    const ResidualCosts costs(models, context);
+    const ResidualCosts costs(*costs_by, context);
     const double exact = (static_cast<double>(bowl.best) * kCell - expected) / step;
     const std::int32_t middle = limited(exact);
     std::int32_t best = 0;
@@ -172,26 +171,39 @@ Status HeightCoder::codeVertices(CodedFrame& coded) {
     return best;
   };
   const std::size_t start = coded.payload.size();
-  const auto write = [&](const auto& choose) {
-    coded.payload.resize(start);
-    RangePut coder(coded.payload);
-    models = before;
-    codeHeights(coder, models, weights, frame_.cells, heights_, step, tools_, choose);
+  std::vector<Bytes> streams(slices);
+  const auto write = [&](std::size_t n, const auto& choose) {
+    streams[n].clear();
+    RangePut coder(streams[n]);
+    HeightModels& models = coded.models.slices[n].heights;
+    if (n == 0) models.codeWeights(coder, weights, !heights_.moved.empty());
+    codeHeights(coder, models, coded.models.slices[0].heights.weights, heights_.around.slice(n), frame_.cells,
+                heights_, step, tools_, choose);
     coder.finish();
   };
   if (fit_ && settings_.weigh_rate) {
     if (settings_.refine || !settings_.fit_triangles) {
       fit_->setAll(wanted_);
-      fit_->linearise();  // once is near enough for all passes
+      fit_->linearise();  // once is near enough for both passes
     } else {              // nor are the fit's own slopes far off
       for (std::uint32_t i = 0; i < wanted_.size(); ++i) fit_->set(i, wanted_[i]);
     }
-    for (int pass = 0; pass < kRatePasses; ++pass) write(cheapest);
+    for (std::size_t n = 0; n < slices; ++n) {
+      HeightModels& models = coded.models.slices[n].heights;
+      const HeightModels before = models;
+      // What is cheap is chosen, and then gets cheaper: ones would be, to more bytes in the end.
+      if (heights_.moved.empty()) models.expectNoOnes();
+      costs_by = &models;
+      write(n, cheapest);
+      // Once more, at the costs that this ended with; a vertex sees what it made of those behind it.
+      HeightModels learnt = std::exchange(models, before);
+      costs_by = &learnt;
+      write(n, cheapest);
+    }
   } else {
-    write(nearest);
+    for (std::size_t n = 0; n < slices; ++n) write(n, nearest);
   }
-  coded.sections.push_back({static_cast<std::uint32_t>(SectionKind::kVertices), 0,
-                            static_cast<std::uint32_t>(coded.payload.size() - start)});
+  ISOREEL_TRY(addSlices(coded, SectionKind::kVertices, 0, streams));
   coded.sizes.vertices = coded.payload.size() - start;
   coded.decoded.resize(frame_.cells.size());
   for (std::size_t i = 0; i < frame_.cells.size(); ++i)

@@ -48,6 +48,8 @@ class MovedSignModels {
     std::fill(by_corners_.begin(), by_corners_.end(), BitModel{});
     weights_.fill({});
   }
+  /// Memory beyond the object itself.
+  std::uint64_t bytes() const { return by_corners_.size() * sizeof(BitModel); }
 
  private:
   // Where classes end: distances in 1/256 of a cell, probabilities in 1/128.
@@ -63,16 +65,12 @@ class MovedSignModels {
   std::array<MixWeights<3>, kLevels * kClasses> weights_{};
 };
 
-/// Looks up the distance of the moved surface at nodes, cell by cell in Morton order.
+/// Looks up the distance of the moved surface at nodes of a level, cell by cell in Morton order.
 class MovedSigns {
  public:
-  MovedSigns(const ReferenceField& field, const MotionField& motion, MovedSignModels& models)
-      : field_(field), motion_(motion), models_(models) {}
-
-  /// Starts a level whose nodes are 2^shift apart.
-  void start(std::uint32_t shift) {
-    shift_ = shift;
-    block_ = 0;
+  /// `shift`: the level's nodes are 2^shift apart.
+  MovedSigns(const ReferenceField& field, const MotionField& motion, MovedSignModels& models, std::uint32_t shift)
+      : field_(field), motion_(motion), models_(models), shift_(shift) {
     enter();
   }
   /// Goes to a cell of the level above; in Morton order.
@@ -115,7 +113,7 @@ class MovedSigns {
   ReferenceField::Cursor field_;
   const MotionField& motion_;
   MovedSignModels& models_;
-  std::uint32_t shift_ = 0;
+  std::uint32_t shift_;
   std::size_t block_ = 0;
   bool moves_ = false;
   std::array<std::int32_t, 3> vector_{};  // of the block

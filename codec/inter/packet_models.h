@@ -8,29 +8,53 @@
 
 namespace isoreel {
 
-/// Everything that adapts while packets are coded. An I packet starts anew; a P packet goes on with what the
-/// packet before it left (spec codec 6.4).
-struct PacketModels {
+/// What adapts in each slice by itself (spec codec 11.10).
+struct SliceModels {
   SignTreeModels signs;
-  VertexModels vertices;
-  MotionModels motion;
   MovedSignModels moved_signs;
-  PredictedModels predicted;
-  // Profile main.
-  HeightModels heights;
-  MotionField blocks;  // of the packet before; none after an I packet
+  HeightModels heights;  // profile main; its weights are those of the first slice
 
   void reset() {
     signs.reset();
-    vertices.reset();
-    motion = {};
     moved_signs.reset();
-    predicted.reset();
     heights.reset();
-    blocks = {};
   }
   /// Memory beyond the object itself.
-  std::uint64_t bytes() const { return signs.signs.bytes() + vertices.bytes() + predicted.bytes(); }
+  std::uint64_t bytes() const { return signs.bytes() + moved_signs.bytes(); }
+};
+
+/// Everything that adapts while packets are coded. An I packet starts anew; a P packet goes on with what the
+/// packet before it left (spec codec 6.4).
+struct PacketModels {
+  std::vector<SliceModels> slices = std::vector<SliceModels>(1);  // of as many as there were at once
+  VertexModels vertices;
+  MotionModels motion;
+  PredictedModels predicted;
+  // Profile main.
+  MotionField blocks;  // of the packet before; none after an I packet
+
+  void reset() {
+    for (SliceModels& slice : slices) slice.reset();
+    vertices.reset();
+    motion = {};
+    predicted.reset();
+    blocks = {};
+  }
+  /// Makes room for so many slices; new ones have the models of a new GOP.
+  void haveSlices(std::size_t count) {
+    const bool mixed = slices[0].signs.mixed;
+    slices.reserve(count);
+    while (slices.size() < count) slices.emplace_back().signs.mixed = mixed;
+  }
+  void mixSigns(bool mixed) {
+    for (SliceModels& slice : slices) slice.signs.mixed = mixed;
+  }
+  /// Memory beyond the object itself.
+  std::uint64_t bytes() const {
+    std::uint64_t sum = bytesOf(slices) + vertices.bytes() + predicted.bytes();
+    for (const SliceModels& slice : slices) sum += slice.bytes();
+    return sum;
+  }
 };
 
 }  // namespace isoreel

@@ -3,6 +3,7 @@
 // (spec codec 11.5, 11.6).
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "entropy/mixer.h"
@@ -62,6 +63,16 @@ class HeightModels {
     magnitudes_.fill({});
   }
 
+  /// For a first look at odd cells, whose residuals an encoder chooses by their cost: what is not 0 seldom is 1.
+  void expectNoOnes() {
+    constexpr std::uint16_t kAboveOne = 50000;
+    const auto expect = [](std::span<BitModel> models) {  // by colour, then magnitude, then whether moved
+      for (std::size_t i = 4; i < models.size(); i += 8) models[i].one = models[i + 1].one = kAboveOne;
+    };
+    expect(more_);
+    expect(std::span(by_corners_).subspan(kMoreByCorners));
+  }
+
   /// Whether the residual is 0. N: 3 where the moved surface is near, else 2.
   template <std::size_t N>
   Mix<N> zero(const HeightContext& c) {
@@ -78,7 +89,7 @@ class HeightModels {
   Mix<N> more(const HeightContext& c, std::uint32_t magnitude) {
     const std::uint32_t k = magnitude - 1;
     BitModel* const first = &more_[(((c.activity * 4 + c.bend / 4) * 2 + c.colour) * 2 + k) * 2 + c.moved];
-    BitModel* const second = &by_corners_[1024 + ((c.corners * 2 + c.colour) * 2 + k) * 2 + c.moved];
+    BitModel* const second = &by_corners_[kMoreByCorners + ((c.corners * 2 + c.colour) * 2 + k) * 2 + c.moved];
     if constexpr (N == 2) {
       return {{first, second}, more_weights_[weightSet(c) * 2 + k], kVertexFloor};
     } else {
@@ -116,7 +127,8 @@ class HeightModels {
   }
 
   std::vector<BitModel> by_activity_ = std::vector<BitModel>(HeightContext::kActivities * 16 * 2 * 2);
-  std::vector<BitModel> by_corners_ = std::vector<BitModel>(512 * 3 * 2);
+  static constexpr std::size_t kMoreByCorners = 1024;  // where those of more() begin
+  std::vector<BitModel> by_corners_ = std::vector<BitModel>(kMoreByCorners + 2048);
   std::array<BitModel, HeightContext::kActivities * 4 * 2 * 2 * 2> more_;
   std::array<BitModel, 512> negative_;
   std::array<MixWeights<2>, 18> zero_weights_;

@@ -27,9 +27,9 @@ struct HeightFrame {
   /// place 0 has nothing.
   std::vector<std::uint64_t> parts;
 
-  void build(std::span<const Cell> cells, const CellIndex& index, const Grid& grid,
+  void build(std::span<const Cell> cells, const CellIndex& index, const Grid& grid, const Slices& slices = {},
              const ParallelFor& parallel = serialFor) {
-    around.build(cells, index, parallel);
+    around.build(cells, index, slices, parallel);
     predicted.build(cells, around, grid.nodes, parallel);
     moved.clear();
     setSize(heights, cells.size());
@@ -170,14 +170,13 @@ inline Coded around(const std::uint64_t* parts, std::size_t colour, std::uint8_t
 
 }  // namespace heights
 
-/// Puts or gets all heights into frame.heights. `weights`: an encoder's. `tools`: of the record. An encoder's
-/// choose(i, expected, context) gives the residual to put. A decoder stops early when the stream is overrun.
+/// Puts or gets the heights of a slice into frame.heights. `weights`: coded in front of the first slice's heights.
+/// `tools`: of the record. An encoder's choose(i, expected, context) gives the residual to put. A decoder stops
+/// early when the stream is overrun.
 template <class Coder, class Choose>
 void codeHeights(Coder& coder, HeightModels& models, const HeightWeights& weights,
-                 std::span<const Cell> cells, HeightFrame& frame, std::int32_t step, std::uint32_t tools,
+                 std::span<const Surroundings::Run> runs, std::span<const Cell> cells, HeightFrame& frame, std::int32_t step, std::uint32_t tools,
                  Choose choose) {
-  if (cells.empty()) return;
-  models.codeWeights(coder, weights, !frame.moved.empty());
   const SignInputs* const all_inputs = frame.predicted.inputs.data();
   const MovedHeight* const all_moved = frame.moved.empty() ? nullptr : frame.moved.data();
   std::uint64_t* const parts = frame.parts.data();
@@ -186,12 +185,12 @@ void codeHeights(Coder& coder, HeightModels& models, const HeightWeights& weight
   const std::uint64_t per_step =
       ((std::uint64_t{1} << 32) + static_cast<std::uint32_t>(step) - 1) / static_cast<std::uint32_t>(step);
   for (std::uint32_t colour = 0; colour < 2; ++colour) {
-    const HeightWeights::Set plain = models.weights.plain[colour];
+    const HeightWeights::Set plain = weights.plain[colour];
     const InputWeights plain_inputs = heights::inputWeights(plain);
-    const std::array<HeightWeights::MovedSet, 2> moved_weights = models.weights.moved[colour];
+    const std::array<HeightWeights::MovedSet, 2> moved_weights = weights.moved[colour];
     const std::array<InputWeights, 2> moved_inputs{heights::inputWeights(moved_weights[0]),
                                                    heights::inputWeights(moved_weights[1])};
-    for (const Surroundings::Run& run : frame.around.runs) {
+    for (const Surroundings::Run& run : runs) {
       const Surroundings::Colour& list = run.colours[colour];
       const std::uint32_t* const places = list.cells.data();
       const std::uint8_t* const counts = list.counts.data();

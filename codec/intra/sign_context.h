@@ -160,6 +160,7 @@ class SignOpinions {
   Mix<2> mix(BitModel& first, std::uint32_t corners, std::uint32_t node, bool deepest) {
     return {{&first, &models_[(node * 256 + corners) * 2 + deepest]}, weights_[node * 2 + deepest], kFloor};
   }
+  std::uint64_t bytes() const { return models_.size() * sizeof(BitModel); }
   /// Where the moved surface is near, its two opinions count instead.
   static Mix<3> mix(BitModel& first, const MovedOpinion& moved, std::uint32_t corners) {
     return {{&first, moved.model, moved.by_corners + corners}, *moved.weights, kFloor};
@@ -184,6 +185,8 @@ struct SignTreeModels {
     opinions.reset();
     leaves.reset();
   }
+  /// Memory beyond the object itself.
+  std::uint64_t bytes() const { return signs.bytes() + opinions.bytes(); }
 };
 
 }  // namespace isoreel

@@ -121,14 +121,14 @@ constexpr std::array<std::ptrdiff_t, 8> kCornerSteps{stepOf(-1, -1, -1), stepOf(
 // Of a vertex, and what may be read behind the last.
 constexpr std::size_t kMostLinks = 14, kReadBehind = 16;
 
-// Adds the cells at `steps` from a slot that come before `end`; returns how many.
+// Adds the cells at `steps` from a slot that lie from `first` on, before `end`; returns how many.
 template <std::size_t N>
 std::uint8_t link(const BrickHalo& halo, std::size_t slot, const std::array<std::ptrdiff_t, N>& steps,
-                  std::uint32_t end, std::uint32_t* to) {
+                  std::uint32_t first, std::uint32_t end, std::uint32_t* to) {
   std::size_t count = 0;
   for (const std::ptrdiff_t step : steps) {
     to[count] = halo[slot + static_cast<std::size_t>(step)];
-    count += to[count] < end;
+    count += to[count] - first < end - first;
   }
   return static_cast<std::uint8_t>(count);
 }
@@ -168,7 +168,8 @@ std::uint64_t Surroundings::bytes() const {
   return sum;
 }
 
-void Surroundings::build(std::span<const Cell> cells, const CellIndex& index, const ParallelFor& parallel) {
+void Surroundings::build(std::span<const Cell> cells, const CellIndex& index, const Slices& slices,
+                         const ParallelFor& parallel) {
   setSize(across, cells.size());
   setSize(faces, cells.size());
   setSize(signs, cells.size());
@@ -178,19 +179,31 @@ void Surroundings::build(std::span<const Cell> cells, const CellIndex& index, co
     for (std::size_t number = first; number < end; ++number)
       own_nodes_[number] = ownNodesOf(cells, index.brickOrEmpty(number));
   });
-  runs.resize(runCount(cells.size(), kRun));
+  // The place of the first cell of a brick, or behind the last one's.
+  const auto placeOf = [&](std::size_t number) {
+    return number < bricks ? index.brickOrEmpty(number).first : static_cast<std::uint32_t>(cells.size());
+  };
+  const std::vector<std::uint32_t> starts = sliceStarts(index.bricks(), isoreel::sliceCount(cells.size(), slices));
+  std::vector<Span> spans;
+  slice_runs.assign(1, 0);
+  for (std::size_t slice = 0; slice + 1 < starts.size(); ++slice) {
+    const std::uint32_t first = placeOf(starts[slice]), end = placeOf(starts[slice + 1]);
+    const std::size_t count = runCount(end - first, kRun), in_slice = starts[slice + 1] - starts[slice];
+    for (std::size_t n = 0; n < count; ++n) {
+      spans.push_back(
+          {starts[slice] + runStart(n, count, in_slice), starts[slice] + runStart(n + 1, count, in_slice), first, end});
+    }
+    slice_runs.push_back(static_cast<std::uint32_t>(spans.size()));
+  }
+  runs.resize(spans.size());
   parallel(runs.size(), [&](std::size_t n) {
-    buildRun(cells, index, runStart(n, runs.size(), bricks), runStart(n + 1, runs.size(), bricks), runs[n]);
+    runs[n].first = placeOf(spans[n].first_brick);
+    runs[n].end = placeOf(spans[n].end_brick);
+    buildRun(cells, index, spans[n], runs[n]);
   });
 }
 
-// The cells of the bricks from `first_brick` on, before `end_brick`.
-void Surroundings::buildRun(std::span<const Cell> cells, const CellIndex& index, std::size_t first_brick,
-                            std::size_t end_brick, Run& run) {
-  run.first = index.brickOrEmpty(first_brick).first;
-  run.end = end_brick < index.bricks().size() ? index.brickOrEmpty(end_brick).first
-                                              : static_cast<std::uint32_t>(cells.size());
-  if (first_brick == end_brick) run.first = run.end;
+void Surroundings::buildRun(std::span<const Cell> cells, const CellIndex& index, const Span& where, Run& run) {
   std::array<Colour, 2>& colours = run.colours;
   for (Colour& colour : colours) {
     setSize(colour.cells, run.end - run.first);
@@ -204,7 +217,7 @@ void Surroundings::buildRun(std::span<const Cell> cells, const CellIndex& index,
   Nodes nodes;
   BrickHalo halo;
   std::array<std::array<std::uint8_t, 4 * 32>, 2> slots;  // of the brick's vertices, by colour
-  for (std::size_t number = first_brick; number < end_brick; ++number) {
+  for (std::size_t number = where.first_brick; number < where.end_brick; ++number) {
     const CellIndex::Brick& brick = index.bricks()[number];
     halo.gather(index.owns(), index.around(number));
     nodes.gather(own_nodes_.data(), index.around(number));
@@ -251,16 +264,16 @@ void Surroundings::buildRun(std::span<const Cell> cells, const CellIndex& index,
     // Each colour by itself: which a cell is of nobody guesses.
     for (std::size_t n = before[0]; n < listed[0]; ++n) {
       Colour& even = colours[0];
-      even.counts[n] =
-          link(halo, slots[0][n - before[0]], kEdgeSteps, even.cells[n], even.links.data() + used[0]);
+      even.counts[n] = link(halo, slots[0][n - before[0]], kEdgeSteps, where.first, even.cells[n],
+                            even.links.data() + used[0]);
       used[0] += even.counts[n];
     }
     for (std::size_t n = before[1]; n < listed[1]; ++n) {
       Colour& odd = colours[1];
       const std::size_t slot = slots[1][n - before[1]];
       std::uint32_t* const to = odd.links.data() + used[1];
-      const std::uint32_t near = link(halo, slot, kFaceSteps, CellIndex::kNone, to);
-      const std::uint32_t far = link(halo, slot, kCornerSteps, CellIndex::kNone, to + near);
+      const std::uint32_t near = link(halo, slot, kFaceSteps, where.first, where.end, to);
+      const std::uint32_t far = link(halo, slot, kCornerSteps, where.first, where.end, to + near);
       odd.counts[n] = static_cast<std::uint8_t>(near | far << 4);
       used[1] += near + far;
     }

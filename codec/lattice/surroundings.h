@@ -13,6 +13,7 @@
 #include "lattice/brick_halo.h"
 #include "lattice/cell_index.h"
 #include "lattice/runs.h"
+#include "lattice/slices.h"
 
 namespace isoreel {
 
@@ -43,8 +44,14 @@ struct Surroundings {
     /// Even, then odd: no two odd cells are linked.
     std::array<Colour, 2> colours;
   };
-  /// All cells; how they are cut into runs says nothing.
+  /// All cells, each run within a slice; beyond that, how they are cut says nothing.
   std::vector<Run> runs;
+  /// Where each slice begins among the runs, and where the last one ends.
+  std::vector<std::uint32_t> slice_runs;
+  std::size_t sliceCount() const { return slice_runs.size() - 1; }
+  std::span<const Run> slice(std::size_t n) const {
+    return std::span(runs).subspan(slice_runs[n], slice_runs[n + 1] - slice_runs[n]);
+  }
 
   /// What a brick's own cells say of its nodes from 0 to 4: by z, those that are known, then those inside;
   /// bit x + 8y.
@@ -52,9 +59,10 @@ struct Surroundings {
     alignas(16) std::array<std::array<std::uint64_t, 2>, 5> planes{};
   };
 
-  /// `cells`: the active cells of a surface in Morton order, or their sheets; `index` is theirs. Keeps its
-  /// memory from call to call.
-  void build(std::span<const Cell> cells, const CellIndex& index, const ParallelFor& parallel = serialFor);
+  /// `cells`: the active cells of a surface in Morton order, or their sheets; `index` is theirs. No links lead from
+  /// slice to slice. Keeps its memory from call to call.
+  void build(std::span<const Cell> cells, const CellIndex& index, const Slices& slices = {},
+             const ParallelFor& parallel = serialFor);
   /// Memory beyond the object itself.
   std::uint64_t bytes() const;
   /// The most that build() takes. Of two colours' links that double as they grow, the old and the new ones
@@ -62,15 +70,19 @@ struct Surroundings {
   static std::uint64_t bytesFor(std::size_t cells, std::size_t bricks) {
     constexpr std::size_t kPerCell = sizeof(std::array<std::uint32_t, 6>) + 1 + sizeof(std::uint64_t);
     constexpr std::size_t kLists = 2 * (sizeof(std::uint32_t) + 1) + 3 * 14 * sizeof(std::uint32_t);
-    return cells * (kPerCell + kLists) + runCount(cells, kRun) * 65536 +
+    return cells * (kPerCell + kLists) + (runCount(cells, kRun) + Slices::kMost) * 65536 +
            roomFor(bricks + 1) * sizeof(OwnNodes);
   }
 
  private:
   static constexpr std::size_t kRun = 4096;  // cells, about
 
-  void buildRun(std::span<const Cell> cells, const CellIndex& index, std::size_t first_brick,
-                std::size_t end_brick, Run& run);
+  /// Where a run lies.
+  struct Span {
+    std::size_t first_brick, end_brick;
+    std::uint32_t first, end;  // cells of its slice
+  };
+  void buildRun(std::span<const Cell> cells, const CellIndex& index, const Span& where, Run& run);
 
   std::vector<OwnNodes> own_nodes_;  // by number of brick, while building
 };

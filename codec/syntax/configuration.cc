@@ -21,6 +21,10 @@ struct RecordFields {
     v.fixed("profile", c.profile, 0, 1);
     v.fixed("inside", c.inside, 0, 1);
     v.varint("tools", c.tools, 0, c.profile == Profile::kMain ? kToolsOfMain : kToolPrediction);
+    if ((c.tools & kToolSlices) != 0) {
+      v.varint("slices", c.slices.most, 2, Slices::kMost);
+      v.varint("slice cells", c.slices.least_cells, Slices::kLeastCells, 1u << 30);
+    }
     for (auto& n : c.grid.nodes) v.varint("nodes", n, kMinNodes, kMaxNodes);
     v.varint("step", c.step, 1, kCell);
     v.varint("time base numerator", c.time_base.numerator, 1);

@@ -18,6 +18,7 @@ from fields import Fields  # noqa: E402
 from heights import MIXED_SIGNS, SHEETS, Heights  # noqa: E402
 from prediction import Prediction, Reference  # noqa: E402
 from sheets import sheets  # noqa: E402
+from slices import SLICES, Slices, models_of  # noqa: E402
 from surface import (CELL, CORNERS, LEAVES, MOTION, SIGNS, VERTICES, clamp, coarse_vertices, intra_vertices,  # noqa: E402
                      is_active, plus, quads)
 from xxh3 import xxh3  # noqa: E402
@@ -39,7 +40,8 @@ def crc32c(data):
 
 
 def read_configuration(record):
-    """The grid's nodes (nx, ny, nz), whether the profile is main, and the tools: all that decoding needs of a record."""
+    """The grid's nodes (nx, ny, nz), whether the profile is main, the tools, and how lists are cut into slices: all that
+    decoding needs of a record."""
     head = Fields(record)
     require(head.take(4) == b"ISRL", "the record does not start with ISRL")
     require(head.fixed(1) == 1, "the record's version is not 1")
@@ -50,7 +52,8 @@ def read_configuration(record):
     f = Fields(record[8:-4])
     main_profile = f.fixed(1, 0, 1) == 1
     f.fixed(1, 0, 1)  # inside
-    tools = f.varint(0, 15 if main_profile else 1)
+    tools = f.varint(0, 31 if main_profile else 1)
+    rule = (f.varint(2, 16), f.varint(256, 1 << 30)) if tools & SLICES else (1, 1)
     nodes = [f.varint(2, 65536) for _ in range(3)]
     f.varint(1, CELL)  # nominal step
     f.varint(1), f.varint(1)  # time base
@@ -60,7 +63,7 @@ def read_configuration(record):
         require(f.f64() > 0, "spacing is not above 0")
     if f.fixed(1, 0, 1):
         [f.f64() for _ in range(9)]  # direction
-    return nodes, main_profile, tools
+    return nodes, main_profile, tools, rule
 
 
 # ---- 3 Packet --------------------------------------------------------------------------------------------------------
@@ -118,8 +121,8 @@ class Tree:
     """The octree of signs, level by level. `cells` maps the cells of the level decoded last to their configurations;
     it keeps their order."""
 
-    def __init__(self, packet, nodes, models, mixed_signs):
-        self.packet, self.nodes, self.models, self.mixed_signs = packet, nodes, models, mixed_signs
+    def __init__(self, packet, nodes, models, mixed_signs, rule):
+        self.packet, self.nodes, self.models, self.mixed_signs, self.rule = packet, nodes, models, mixed_signs, rule
         self.depth = (max(self.nodes) - 2).bit_length()
         self.cells = {}
 
@@ -129,13 +132,16 @@ class Tree:
         return tuple(n - 1 >> s for n in self.nodes), tuple(n - 1 + (1 << s) - 1 >> s for n in self.nodes)
 
     def decode_level(self, level, signs, leaves, prediction=None):
+        slices = Slices(self.cells, self.rule)
+        sign_streams = slices.streams(signs)
+        leaf_streams = slices.streams(leaves) if level < self.depth else [Stream(leaves)]
         if level == 0:
-            self.decode_root(signs, leaves)
+            self.decode_root(sign_streams[0], leaf_streams[0])
         else:
-            known = self.decode_signs(level, signs, prediction)
-            self.cells = self.divided_children(level, known, leaves)
-        signs.used_up()
-        leaves.used_up()
+            known = self.decode_signs(level, slices.numbers, sign_streams, prediction)
+            self.cells = self.divided_children(level, known, slices.numbers, leaf_streams)
+        for stream in sign_streams + leaf_streams:
+            stream.used_up()
 
     def decode_root(self, signs, leaves):
         last, _ = self.lattice(0)
@@ -153,7 +159,7 @@ class Tree:
         """A corner outside the grid has the sign of the last point inside (4.1)."""
         return sum(known[tuple(map(min, plus(cell, corner), last))] << j for j, corner in enumerate(CORNERS))
 
-    def decode_signs(self, level, stream, prediction):
+    def decode_signs(self, level, slices, streams, prediction):
         """4.3: the signs of all lattice points of the level that belong to cells of the level above."""
         last, _ = self.lattice(level)
         _, parents = self.lattice(level - 1)
@@ -163,34 +169,38 @@ class Tree:
                 point = tuple(2 * c for c in plus(cell, corner))
                 if all(map(int.__le__, point, last)):
                     known[point] = configuration >> j & 1
-        for cell in self.cells:
+        corners, here, slice = dict(known), known, 0  # here: what the slice knows
+        for cell, number in zip(self.cells, slices):
+            if number != slice:
+                here, slice = dict(corners), number
             low = tuple(2 * c for c in cell)
             for d in NEW_NODES:
                 point = plus(low, d)
                 if point in known or not all(map(int.__le__, point, last)):
                     continue
                 if self.beside_leaf(cell, d, parents):
-                    known[point] = known[plus(low, tuple(k & 2 for k in d))]
+                    sign = known[plus(low, tuple(k & 2 for k in d))]
                 else:
-                    known[point] = self.sign(level, cell, d, point, known, prediction, stream)
+                    sign = self.sign(level, cell, d, point, here, prediction, streams[slice], models_of(self.models, slice))
+                known[point] = here[point] = sign
         return known
 
-    def sign(self, level, cell, d, point, known, prediction, stream):
+    def sign(self, level, cell, d, point, known, prediction, stream, models):
         """4.3, 8.5 and 11.7"""
-        usual = self.sign_model(known, point)
+        usual = self.sign_model(known, point, models)
         kind = prediction and prediction.sign_kind(level, cell, point)
         if kind and self.mixed_signs:
-            asked = usual, prediction.sign_model(level, cell, point, usual), model(self.models, ("moved corners", *kind, self.cells[cell]))
-            return mixed(stream, asked, weights_of(self.models, ("moved", *kind, "weights"), 3), 64)
+            asked = usual, prediction.sign_model(kind, usual, models), model(models, ("moved corners", *kind, self.cells[cell]))
+            return mixed(stream, asked, weights_of(models, ("moved", *kind, "weights"), 3), 64)
         if not self.mixed_signs:
-            moved = prediction and prediction.sign_model(level, cell, point, usual)
+            moved = kind and prediction.sign_model(kind, usual, models)
             sign = stream.decision(moved or usual)
             if moved:
                 usual.update(sign)
             return sign
         name = (d, level == self.depth)
-        second = model(self.models, ("opinion", self.cells[cell], *name))
-        return mixed(stream, (usual, second), weights_of(self.models, ("opinion", *name)), 64)
+        second = model(models, ("opinion", self.cells[cell], *name))
+        return mixed(stream, (usual, second), weights_of(models, ("opinion", *name)), 64)
 
     def beside_leaf(self, cell, d, parents):
         """Whether the point at d of the cell also lies on a cell of the same level that is not divided."""
@@ -200,7 +210,7 @@ class Tree:
                 return True
         return False
 
-    def sign_model(self, known, point):
+    def sign_model(self, known, point, models):
         """4.4"""
         faces, edges, corners = ([known.get(plus(point, d)) for d in ring] for ring in AROUND)
 
@@ -209,30 +219,33 @@ class Tree:
 
         e, c = clamp(balance(edges), -4, 4), clamp(balance(corners), -3, 3)
         vote = 4 * balance(faces) + 2 * e + c
-        return model(self.models, ("sign", *faces, e, c), clamp(32768 + 1638 * vote, 3277, 62259))
+        return model(models, ("sign", *faces, e, c), clamp(32768 + 1638 * vote, 3277, 62259))
 
-    def divided_children(self, level, known, stream):
+    def divided_children(self, level, known, slices, streams):
         """4.5"""
         last, count = self.lattice(level)
         children = {}
-        for cell in self.cells:
+        for cell, number in zip(self.cells, slices):
             for corner in CORNERS:
                 child = plus(tuple(2 * c for c in cell), corner)
                 if not all(map(int.__lt__, child, count)):
                     continue
                 configuration = self.configuration(child, known, last)
                 if not is_active(configuration):
-                    if level == self.depth or not stream.decision(self.leaf_model(level, known, child, configuration & 1)):
+                    if level == self.depth:
+                        continue
+                    leaf = self.leaf_model(level, known, child, configuration & 1, models_of(self.models, number))
+                    if not streams[number].decision(leaf):
                         continue
                 children[child] = configuration
                 require(len(children) <= self.packet.vertices, "a level has more cells than the surface has vertices")
         return children
 
-    def leaf_model(self, level, known, child, sign):
+    def leaf_model(self, level, known, child, sign, models):
         states = [known.get(plus(child, d)) for d in product((-1, 0, 1, 2), repeat=3)]
         other, unknown = states.count(1 - sign), states.count(None)
         name = (min(self.depth - level, 4), sign, sum(other > n for n in (0, 1, 2, 4, 8)), sum(unknown > n for n in (0, 8, 24)))
-        return model(self.models, ("leaf", *name))
+        return model(models, ("leaf", *name))
 
 
 # ---- 5 and 7 Surface --------------------------------------------------------------------------------------------------
@@ -254,7 +267,7 @@ class Decoder:
         if packet.predicted:
             require(self.last == packet.number - packet.references[0], "the packet before it is not the one it refers to")
         else:
-            self.nodes, self.main, self.tools = read_configuration(packet.record)
+            self.nodes, self.main, self.tools, self.rule = read_configuration(packet.record)
             self.models, self.reference = {}, None
         self.last = None
 
@@ -262,7 +275,7 @@ class Decoder:
         """Vertices and quads of a packet; `level` stops early (5.4), `prefix` takes a packet that was cut short (3.2)."""
         packet = Packet(data, prefix)
         self.begin(packet)
-        tree = Tree(packet, self.nodes, self.models, self.main and self.tools & MIXED_SIGNS)
+        tree = Tree(packet, self.nodes, self.models, self.main and self.tools & MIXED_SIGNS, self.rule)
         prediction = None
         cut = packet.section(MOTION, 0) is None or packet.section(VERTICES, 0) is None
         if packet.predicted and packet.section(MOTION, 0) is not None:
@@ -277,7 +290,7 @@ class Decoder:
             if packet.predicted and prediction is None and at > packet.before_motion:
                 break
             moved = prediction if prediction and at > prediction.block_level else None
-            tree.decode_level(at, Stream(signs), Stream(leaves), moved)
+            tree.decode_level(at, signs, leaves, moved)
             reached = at
             if prediction and at == prediction.block_level:
                 prediction.decode_motion(tree.cells)
@@ -299,7 +312,7 @@ class Decoder:
         cells = self.with_vertices(active)
         require(len(cells) == packet.vertices, "the number of vertices is not the header's")
         if self.main:
-            vertices = Heights(packet, active, cells, self.nodes, self.tools, self.models, prediction).vertices()
+            vertices = Heights(packet, active, cells, self.nodes, self.tools, self.rule, self.models, prediction).vertices()
         elif packet.predicted:
             vertices = prediction.vertices(cells)
         else:

@@ -5,8 +5,9 @@
 from itertools import product
 from math import isqrt
 
-from entropy import Stream, magnitude, mixed, model, require, residual, weights_of
+from entropy import magnitude, mixed, model, require, residual, weights_of
 from sheets import FACES, shared
+from slices import Slices, models_of
 from surface import CELL, FRAMES, VERTICES, clamp, in_grid, plus
 
 NEIGHBOURS, MIXED_SIGNS, SHEETS = 2, 4, 8  # tools
@@ -34,9 +35,10 @@ def mean(total, count):
 class Heights:
     """`cells`: the active ones; `vertices`: for each vertex its cell, and its configuration."""
 
-    def __init__(self, packet, cells, vertices, nodes, tools, models, prediction):
+    def __init__(self, packet, cells, vertices, nodes, tools, rule, models, prediction):
         self.packet, self.cells, self.list, self.nodes, self.tools, self.models = packet, cells, vertices, nodes, tools, models
         self.prediction = prediction  # of a P packet, or None
+        self.slices = Slices([cell for cell, _ in vertices], rule)
         self.signs = {}
         self.numbers = {}
         for i, (cell, _) in enumerate(vertices):
@@ -151,6 +153,8 @@ class Heights:
             if other not in self.cells:
                 continue
             j = self.facing(i, other)
+            if self.slices.numbers[j] != self.slices.numbers[i]:
+                continue
             differ = sum(map(abs, d))
             if odd:
                 if differ != 2:
@@ -170,25 +174,25 @@ class Heights:
 
     # ---- 11.5 Heights, 11.6 residuals ----
 
-    def residual(self, stream, odd, activity, bend, corners, moved):
+    def residual(self, stream, models, odd, activity, bend, corners, moved):
         """`moved`: confidence and apart (11.9), or None."""
         has = moved is not None
 
         def decision(name, first, second):
-            asked = [model(self.models, (name, *first, has)), model(self.models, (name, *second, has))]
+            asked = [model(models, (name, *first, has)), model(models, (name, *second, has))]
             if has:
-                asked.append(model(self.models, (name, "moved", *moved, activity // 4)))
-            weights = weights_of(self.models, (name, "weights", activity // 4, odd, has), len(asked))
+                asked.append(model(models, (name, "moved", *moved, activity // 4)))
+            weights = weights_of(models, (name, "weights", activity // 4, odd, has), len(asked))
             return mixed(stream, asked, weights, 720)
 
         if decision("zero", ("activity", activity, bend, odd), ("corners", corners, odd)):
             return 0
-        negative = stream.decision(model(self.models, ("height negative", corners, odd)))
+        negative = stream.decision(model(models, ("height negative", corners, odd)))
         value = 1
         while value <= 2 and decision(f"above {value}", ("activity", activity, bend // 4, odd), ("corners", corners, odd)):
             value += 1
         if value > 2:
-            value = 2 + magnitude(stream, self.models, ("height", activity // 4))
+            value = 2 + magnitude(stream, models, ("height", activity // 4))
         return -value if negative else value
 
     def decode_weights(self, stream):
@@ -211,8 +215,8 @@ class Heights:
         if self.prediction:
             self.moved = [self.prediction.moved_height(cell, c, self.points[i], self.normals[i])
                           for i, (cell, c) in enumerate(self.list)]
-        stream = Stream(self.packet.section(VERTICES, 0))
-        weights = self.decode_weights(stream)
+        streams = self.slices.streams(self.packet.section(VERTICES, 0))
+        weights = self.decode_weights(streams[0])
         step = self.packet.step
         self.heights, self.magnitudes = [0] * len(self.list), [0] * len(self.list)
         for odd in (0, 1):
@@ -230,9 +234,11 @@ class Heights:
                     other = clamp(32 + other >> 6, -CELL, CELL)
                     moved = confidence, min(7, 4 * abs(other - expected) // step)
                     expected = other
-                r = self.residual(stream, odd, activity, bend, corners, moved)
+                number = self.slices.numbers[i]
+                r = self.residual(streams[number], models_of(self.models, number), odd, activity, bend, corners, moved)
                 self.heights[i] = limited(expected + r * step)
                 self.magnitudes[i] = min(abs(r), 15)
-        stream.used_up()
+        for stream in streams:
+            stream.used_up()
         return [in_grid(cell, [clamp(8 * self.points[i][k] + (self.heights[i] * self.normals[i][k] + 8192 >> 14), 0, CELL)
                                for k in range(3)]) for i, (cell, _) in enumerate(self.list)]

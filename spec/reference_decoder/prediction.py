@@ -201,10 +201,10 @@ class Prediction:
         self.models["blocks"] = self.motion
         stream.used_up()
 
-    def sign_model(self, level, cell, point, usual):
-        """8.5: the model of the sign of a point; None: it is the usual one."""
-        kind = self.sign_kind(level, cell, point)
-        return kind and model(self.models, ("moved", *kind, not_above(LIKELIHOODS, usual.one >> 9)))
+    @staticmethod
+    def sign_model(kind, usual, models):
+        """8.5: the model of the sign of a point of that kind."""
+        return model(models, ("moved", *kind, not_above(LIKELIHOODS, usual.one >> 9)))
 
     def sign_kind(self, level, cell, point):
         """8.5: min(D - L, 2) and the class; None: the sign is coded as in I packets."""

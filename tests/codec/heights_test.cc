@@ -104,7 +104,7 @@ TEST(Surroundings, AreWhatTheBitmapSays) {
     CellIndex index;
     index.build(cells);
     Surroundings around;
-    around.build(cells, index, made::threadedFor);
+    around.build(cells, index, {}, made::threadedFor);
     ASSERT_TRUE(around.runs.size() > 1 || m.name != "large");
     ASSERT_EQ(around.runs.back().end, cells.size());
     std::size_t run = 0;

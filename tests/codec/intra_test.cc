@@ -64,23 +64,29 @@ TEST(CellContexts, AreThoseOfTheWindows) {
   }
 }
 
+template <class Tree, class Coder>
+Status codeLevel(Tree& tree, std::uint32_t level, Coder& signs, Coder& leaves, SignTreeModels& models) {
+  if (level == 0) return tree.codeRoot(signs, leaves);
+  return tree.codeLevel(level,
+                        [&](std::size_t) { return SignStreams{signs, leaves, models, NothingMoved{}}; });
+}
+
 TEST(SignTree, DecodesTheCellsOfEveryLevel) {
   for (const made::Made& m : made::all()) {
     SCOPED_TRACE(m.name);
     const Grid& grid = m.volume.grid;
     SignTreeModels put_models, get_models;
-    SignTree<RangePut, SampleTruth> put(grid, {&m}, 1u << 20, put_models);
-    SignTree<RangeGet, UnknownTruth> get(grid, {}, 1u << 20, get_models);
+    SignTree<RangePut, SampleTruth> put(grid, {&m}, 1u << 20);
+    SignTree<RangeGet, UnknownTruth> get(grid, {}, 1u << 20);
     ASSERT_EQ(put.depth(), made::depthOf(grid));
     for (std::uint32_t level = 0; level <= put.depth(); ++level) {
       Bytes sign_bytes, leaf_bytes;
       RangePut signs(sign_bytes), leaves(leaf_bytes);
-      ASSERT_TRUE((level == 0 ? put.codeRoot(signs, leaves) : put.codeLevel(level, signs, leaves)).ok());
+      ASSERT_TRUE(codeLevel(put, level, signs, leaves, put_models).ok());
       signs.finish();
       leaves.finish();
       RangeGet get_signs(sign_bytes), get_leaves(leaf_bytes);
-      const Status status =
-          level == 0 ? get.codeRoot(get_signs, get_leaves) : get.codeLevel(level, get_signs, get_leaves);
+      const Status status = codeLevel(get, level, get_signs, get_leaves, get_models);
       ASSERT_TRUE(status.ok()) << status.message();
       EXPECT_TRUE(get_signs.finished());
       EXPECT_TRUE(get_leaves.finished());
@@ -103,12 +109,12 @@ TEST(SignTree, DecodesTheCellsOfEveryLevel) {
 TEST(SignTree, StopsAtMoreCellsThanAllowed) {
   const made::Made& m = made::named("sphere");
   SignTreeModels models;
-  SignTree<RangePut, SampleTruth> tree(m.volume.grid, {&m}, 10, models);
+  SignTree<RangePut, SampleTruth> tree(m.volume.grid, {&m}, 10);
   Status status;
   for (std::uint32_t level = 0; level <= tree.depth() && status.ok(); ++level) {
     Bytes bytes, more;
     RangePut signs(bytes), leaves(more);
-    status = level == 0 ? tree.codeRoot(signs, leaves) : tree.codeLevel(level, signs, leaves);
+    status = codeLevel(tree, level, signs, leaves, models);
   }
   ASSERT_FALSE(status.ok());
   EXPECT_NE(status.message().find("than the header's 10 vertices (spec codec 4.1)"), std::string_view::npos)
@@ -120,12 +126,12 @@ TEST(SignTree, EndlessZerosEnd) {
   const Grid grid = made::gridOf(kMaxNodes, kMaxNodes, kMaxNodes);
   for (const std::uint8_t byte : {std::uint8_t{0}, std::uint8_t{0x80}, std::uint8_t{0xFF}}) {
     SignTreeModels models;
-    SignTree<RangeGet, UnknownTruth> tree(grid, {}, 1u << 20, models);
+    SignTree<RangeGet, UnknownTruth> tree(grid, {}, 1u << 20);
     const Bytes bytes(20, byte);
     Status status;
     for (std::uint32_t level = 0; level <= tree.depth() && status.ok(); ++level) {
       RangeGet signs(bytes), leaves(bytes);
-      status = level == 0 ? tree.codeRoot(signs, leaves) : tree.codeLevel(level, signs, leaves);
+      status = codeLevel(tree, level, signs, leaves, models);
       if (tree.cells().empty()) break;
     }
     EXPECT_TRUE(!status.ok() || tree.cells().empty());

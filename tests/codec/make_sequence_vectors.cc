@@ -18,10 +18,11 @@ Frames frames(const Grid& grid, std::size_t count, const std::function<made::Fie
 
 std::vector<Bytes> encoded(const Frames& frames, std::uint32_t step = kCell / 16,
                            std::uint32_t block_log2 = 3, Profile profile = Profile::kClassic,
-                           const HeightSettings& heights = {}) {
+                           const HeightSettings& heights = {}, const Slices& slices = {}) {
   EncoderSettings settings = made::settings(frames.front(), step);
   settings.configuration.profile = profile;
   settings.heights = heights;
+  settings.configuration.slices = slices;
   settings.frame_types = FrameTypes::kAuto;
   settings.motion.block_log2 = block_log2;
   auto encoder = Encoder::create(settings);
@@ -154,6 +155,10 @@ void acceptSequences(Vectors& vectors) {
 
   vectors.sequence("main_translated_sphere", "profile main: motion that goes on from packet to packet",
                    encoded(translatedSphere(), kCell / 8, 3, Profile::kMain));
+  vectors.sequence("main_p_slices", "profile main: two slices of signs, three of vertices",
+                   encoded(frames(made::gridOf(30, 31, 29), 3,
+                                  [](double t) { return made::sphere(14.3 + 0.4 * t, 15.2, 13.7, 11.4); }),
+                           kCell / 4, 3, Profile::kMain, {}, {3, 256}));
   HeightSettings plain;
   plain.neighbours = plain.mixed_signs = false;
   vectors.sequence("main_p_without_tools", "profile main, tools 1; a component appears, another vanishes",

@@ -19,6 +19,15 @@ Bytes mainPacketOf(const char* name, std::uint32_t step = kCell / 16, const Heig
   return made::encodedMain(made::named(name), step, heights).data;
 }
 
+/// A sphere of which the last level and the vertices are in two slices.
+Bytes sliced() {
+  const made::Made m{"sliced", made::sampled(made::gridOf(30, 31, 29), made::sphere(14.3, 15.2, 13.7, 12.4))};
+  EncoderSettings settings = made::settings(m, kCell / 4);
+  settings.configuration.profile = Profile::kMain;
+  settings.configuration.slices = {2, 256};
+  return Encoder::create(settings)->encode(m.volume, {0, 0, 1, m.isovalue})->data;
+}
+
 /// A sphere with a placement, a time and an isovalue of its own.
 Bytes placed() {
   made::Made m{"placed", made::sampled(made::gridOf(12, 15, 10), made::sphere(5, 7, 4, 2)), 1.75};
@@ -84,6 +93,7 @@ void acceptAll(Vectors& vectors) {
       "main_wild",
       "profile main: weights from -255 to 255, residuals up to 65537, heights that leave their cells",
       made::wildHeights(made::named("torus"), 7, 65537, 6));
+  vectors.accept("main_slices", "profile main: two slices of signs, leaf bits and vertices", sliced());
 }
 
 void rejectAll(Vectors& vectors) {
@@ -143,8 +153,31 @@ void rejectAll(Vectors& vectors) {
     change(parts, parts.sections.back());
     return made::joined(parts);
   };
-  vectors.reject("main_tools", "tools 16 is above 15", mainWith([](made::Parts& p, Bytes&) {
-                   made::changeRecord(p.header.configuration, 10, 16);
+  vectors.reject("main_tools", "tools 32 is above 31", mainWith([](made::Parts& p, Bytes&) {
+                   made::changeRecord(p.header.configuration, 10, 32);
+                 }));
+  const Bytes slices = sliced();
+  const auto slicedWith = [&](const auto& change) {
+    made::Parts parts = made::taken(slices);
+    change(parts);
+    return made::joined(parts);
+  };
+  vectors.reject("slices_1", "slices 1 is below 2", slicedWith([](made::Parts& p) {
+                   made::changeRecord(p.header.configuration, 11, 1);
+                 }));
+  vectors.reject("slices_17", "slices 17 is above 16", slicedWith([](made::Parts& p) {
+                   made::changeRecord(p.header.configuration, 11, 17);
+                 }));
+  vectors.reject("slices_of_128_cells", "slice cells 128 is below 256", slicedWith([](made::Parts& p) {
+                   made::changeRecord(p.header.configuration, 13, 1);
+                 }));
+  vectors.reject("slices_too_long", "slices: longer together than the", slicedWith([](made::Parts& p) {
+                   p.sections.back()[0] |= 0x80;
+                   p.sections.back()[1] |= 0x7F;
+                 }));
+  vectors.reject("slice_left_over", "corner signs of level 5: not used to their end", slicedWith([](made::Parts& p) {
+                   const std::size_t largest = made::largestSection(p, SectionKind::kSigns);
+                   p.sections[largest].resize(p.sections[largest].size() + 9);
                  }));
   vectors.reject("main_vertices_too_short", "vertices: end too early",
                  mainWith([](made::Parts&, Bytes& v) { v.resize(40); }));

@@ -388,10 +388,9 @@ TEST(MovedSigns, AskTheFieldWhereTheBlockMovesTo) {
     for (std::int32_t& v : block.vector) v = static_cast<std::int32_t>(random() % 301) - 150;
   }
   MovedSignModels models;
-  MovedSigns moved(field, motion, models);
   std::array<int, 3> seen{};  // unknown, partly known, known
   for (const std::uint32_t shift : {2u, 1u, 0u}) {
-    moved.start(shift);
+    MovedSigns moved(field, motion, models, shift);
     for (const Cell& parent : made::coarser(cells, shift + 1)) {
       moved.goTo(parent);
       const Block* block = nullptr;

@@ -14,6 +14,9 @@
 namespace isoreel::made {
 namespace {
 
+// Those of profile main that a wild packet has.
+constexpr std::uint32_t kTools = kToolsOfMain & ~kToolSlices;
+
 /// What the encoder's stages make of a volume.
 struct Extracted {
   SignBitmap bitmap;
@@ -39,18 +42,21 @@ class Signs {
  public:
   Signs(const Extracted& frame, const Grid& grid, CodedFrame& coded)
       : octree_(frame.active, octreeDepth(grid)),
-        tree_(grid, OctreeTruth(frame.bitmap, octree_), frame.active.size(), coded.models.signs),
+        tree_(grid, OctreeTruth(frame.bitmap, octree_), frame.active.size()),
         coded_(coded) {}
 
   const std::vector<Cell>& cells() const { return tree_.cells(); }
-  template <class Moved>
-  void write(std::uint32_t level, Moved& moved) {
+  template <class MovedOf>
+  void write(std::uint32_t level, const MovedOf& movedOf) {
     if (level > 0 && tree_.cells().empty()) return;
     Bytes leaf_bytes;
     RangePut leaves(leaf_bytes);
     addSection(coded_, SectionKind::kSigns, level, {}, [&](RangePut& signs) {
-      EXPECT_TRUE(
-          (level == 0 ? tree_.codeRoot(signs, leaves) : tree_.codeLevel(level, signs, leaves, moved)).ok());
+      SliceModels& models = coded_.models.slices[0];
+      const auto streams = [&](std::size_t) {
+        return SignStreams{signs, leaves, models.signs, movedOf(models)};
+      };
+      EXPECT_TRUE((level == 0 ? tree_.codeRoot(signs, leaves) : tree_.codeLevel(level, streams)).ok());
     });
     leaves.finish();
     addSection(coded_, SectionKind::kLeaves, level, leaf_bytes, [](RangePut&) {});
@@ -94,7 +100,8 @@ Bytes wildHeights(const Made& made, std::uint32_t step, std::int32_t largest, st
   HeightModels models;
   Bytes section;
   RangePut coder(section);
-  codeHeights(coder, models, weights, extracted.cells, frame, static_cast<std::int32_t>(step), kToolsOfMain,
+  models.codeWeights(coder, weights, false);
+  codeHeights(coder, models, models.weights, frame.around.runs, extracted.cells, frame, static_cast<std::int32_t>(step), kTools,
               [&](std::uint32_t, std::int32_t, const HeightContext&) {
                 return within(random() % 2 == 0 ? 2 : largest);
               });
@@ -119,14 +126,14 @@ Bytes WildSequence::intra(const Made& made, std::uint32_t step) {
   configuration.tools = kToolPrediction;
   if (main_) {
     configuration.profile = Profile::kMain;
-    configuration.tools = kToolsOfMain;
+    configuration.tools = kTools;
   }
   header.configuration = *writeConfiguration(configuration);
   const auto signed_step = static_cast<std::int32_t>(step);
   const FrameInput input = frame.input(made.volume.grid, {signed_step, signed_step});
   HeightFrame heights;
   return packet(made, frame.cells, frame.index, header,
-                main_ ? *HeightCoder(input, nullptr, kToolsOfMain, {}, serialFor, heights).codeIntra()
+                main_ ? *HeightCoder(input, nullptr, kTools, {}, serialFor, heights).codeIntra()
                       : *codeIntra(input));
 }
 
@@ -144,8 +151,7 @@ Bytes WildSequence::predicted(const Made& made, const Wild& wild) {
   const std::uint32_t depth = octreeDepth(made.volume.grid),
                       block_level = blockLevel(depth, wild.header.block_log2);
   Signs signs(frame, made.volume.grid, coded);
-  NothingMoved nothing;
-  for (std::uint32_t level = 0; level <= block_level; ++level) signs.write(level, nothing);
+  for (std::uint32_t level = 0; level <= block_level; ++level) signs.write(level, [](SliceModels&) { return NothingMoved{}; });
 
   MotionField motion;
   motion.build(signs.cells(), wild.header.block_log2, wild.header.vector_step);
@@ -165,10 +171,10 @@ Bytes WildSequence::predicted(const Made& made, const Wild& wild) {
   });
   if (main_) coded.models.blocks = motion;
 
-  MovedSigns moved(reference_.field(), motion, coded.models.moved_signs);
   for (std::uint32_t level = block_level + 1; level <= depth; ++level) {
-    moved.start(depth - level);
-    signs.write(level, moved);
+    signs.write(level, [&](SliceModels& models) {
+      return MovedSigns(reference_.field(), motion, models.moved_signs, depth - level);
+    });
   }
 
   if (main_) {
@@ -214,8 +220,10 @@ void WildSequence::heights(const Made& made, std::span<const Cell> cells, const 
     if (height.confidence != MovedHeight::kNone) ++confidences_[height.confidence];
   }
   addSection(coded, SectionKind::kVertices, 0, {}, [&](RangePut& coder) {
-    codeHeights(coder, coded.models.heights, weights(), cells, frame, static_cast<std::int32_t>(wild.step),
-                kToolsOfMain,
+    HeightModels& models = coded.models.slices[0].heights;
+    models.codeWeights(coder, weights(), true);
+    codeHeights(coder, models, models.weights, frame.around.runs, cells, frame, static_cast<std::int32_t>(wild.step),
+                kTools,
                 [&](std::uint32_t, std::int32_t, const HeightContext&) { return within(wild.largest); });
   });
   for (std::size_t i = 0; i < cells.size(); ++i)
