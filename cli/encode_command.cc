@@ -412,7 +412,8 @@ void addEncodeCommand(CLI::App& app, Action& chosen) {
           [options = options.get()](const std::string& text) {
             options->preset = choice("--preset", kPresets, text);
           },
-          "Time for bytes: fast does not search far nor look closely; best tries blocks of 8, 16 and 32 cells")
+          "Time for bytes: fast does not search far nor look closely; best tries blocks of 8, 16 and 32 "
+          "cells")
       ->default_str("default")
       ->type_name("fast|default|best");
   verb->add_option(

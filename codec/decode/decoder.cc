@@ -4,9 +4,9 @@
 
 #include <algorithm>
 
+#include "decode/height_slices.h"
 #include "decode/predicted_part.h"
 #include "inter/reference.h"
-#include "intra/height_stream.h"
 #include "intra/sign_tree.h"
 #include "lattice/dual_mesh.h"
 #include "lattice/sheets.h"
@@ -145,51 +145,17 @@ struct alignas(64) SliceStreams {
   RangeGet signs, leaves;
 };
 
-/// The vertices of a packet of profile main (spec codec 11.5), slice by slice.
-class HeightSlices {
- public:
-  /// Of a frame whose cells are there; all must outlive it.
-  HeightSlices(const std::vector<Cell>& cells, std::int32_t step, std::uint32_t tools, HeightFrame& frame,
-               PacketModels& models)
-      : cells_(cells), step_(step), tools_(tools), frame_(frame), models_(models) {}
-
-  /// Reads what stands in front of the heights.
-  Status open(ByteSpan section) {
-    const std::size_t count = frame_.around.sliceCount();
-    ISOREEL_ASSIGN(const std::vector<ByteSpan> streams, readSlices(section, count));
-    for (const ByteSpan stream : streams) slices_.push_back({RangeGet(stream), {}});
-    models_.haveSlices(count);
-    if (!cells_.empty()) models_.slices[0].heights.codeWeights(slices_[0].coder, {}, !frame_.moved.empty());
-    return {};
-  }
-  std::size_t count() const { return slices_.size(); }
-  /// Slices may be decoded side by side.
-  void decode(std::size_t n, std::vector<std::array<std::int32_t, 3>>& vertices) {
-    Slice& slice = slices_[n];
-    const std::span<const Surroundings::Run> runs = frame_.around.slice(n);
-    codeHeights(slice.coder, models_.slices[n].heights, models_.slices[0].heights.weights, runs, cells_, frame_, step_, tools_,
-                [](std::uint32_t, std::int32_t, const HeightContext&) { return 0; });
-    for (std::size_t i = runs.front().first; i < runs.back().end; ++i)
-      vertices[i] = atHeight(frame_.predicted.points[i], frame_.predicted.normals[i], frame_.heights[i]);
-    slice.status = endOf(slice.coder, "vertices");
-  }
-  Status status() const {
-    for (const Slice& slice : slices_) ISOREEL_TRY(slice.status);
-    return {};
-  }
-
- private:
-  struct alignas(64) Slice {
-    RangeGet coder;
-    Status status;
-  };
-  const std::vector<Cell>& cells_;
-  std::int32_t step_;
-  std::uint32_t tools_;
-  HeightFrame& frame_;
-  PacketModels& models_;
-  std::vector<Slice> slices_;
-};
+/// From the sections of a level. The deepest one has no leaf bits, in no slices.
+Result<std::vector<SliceStreams>> sliceStreams(ByteSpan signs, ByteSpan leaves, std::size_t count,
+                                               bool deepest) {
+  ISOREEL_ASSIGN(const std::vector<ByteSpan> sign_streams, readSlices(signs, count));
+  ISOREEL_ASSIGN(std::vector<ByteSpan> leaf_streams, readSlices(leaves, deepest ? 1 : count));
+  leaf_streams.resize(count);
+  std::vector<SliceStreams> streams;
+  for (std::size_t n = 0; n < count; ++n)
+    streams.push_back({RangeGet(sign_streams[n]), RangeGet(leaf_streams[n])});
+  return streams;
+}
 
 }  // namespace
 
@@ -332,8 +298,10 @@ Result<Surface> Decoder::State::decode(ByteSpan packet, const DecodeOptions& opt
   // Finer levels need the motion; they stand behind it.
   const std::uint32_t most = motion_bytes ? depth : payload.lastLevelBeforeMotion();
   std::optional<Surface> coarse;
+  std::size_t slices = 1;  // at once
   // Whether there is room for so much more.
   const auto room = [&](std::uint64_t bytes) {
+    bytes += models.bytesOfMore(slices);
     if (coarse) bytes += bytesOf(coarse->vertices) + bytesOf(coarse->quads);
     return makeRoom(tree.bytes() + PredictedPart::bytesFor(part.motion().blocks().size()) + bytes,
                     options.max_bytes);
@@ -348,28 +316,27 @@ Result<Surface> Decoder::State::decode(ByteSpan packet, const DecodeOptions& opt
         ISOREEL_TRY(room(coarseBytes(tree.cells().size())));
         return surfaceFromSigns(tree.takeCells(), grid, depth - level + 1, sheets);
       }
+      slices = level == 0 ? 1 : tree.sliceCount();
       if (level > 0) ISOREEL_TRY(room(tree.bytesOfNextLevel()));
-      const std::size_t count = level == 0 ? 1 : tree.sliceCount();
-      ISOREEL_ASSIGN(const std::vector<ByteSpan> sign_streams, readSlices(*sign_bytes, count));
-      ISOREEL_ASSIGN(const std::vector<ByteSpan> leaf_streams, readSlices(*leaf_bytes, level == depth ? 1 : count));
-      models.haveSlices(count);
-      std::vector<SliceStreams> slices;
-      for (std::size_t n = 0; n < count; ++n)
-        slices.push_back({RangeGet(sign_streams[n]), RangeGet(n < leaf_streams.size() ? leaf_streams[n] : ByteSpan{})});
+      ISOREEL_ASSIGN(std::vector<SliceStreams> streams,
+                     sliceStreams(*sign_bytes, *leaf_bytes, slices, level == depth));
+      models.haveSlices(slices);
       if (level == 0) {
-        ISOREEL_TRY(tree.codeRoot(slices[0].signs, slices[0].leaves));
+        ISOREEL_TRY(tree.codeRoot(streams[0].signs, streams[0].leaves));
       } else if (predicted && motion_bytes && level > part.blockLevel()) {
-        ISOREEL_TRY(tree.codeLevel(level, [&](std::size_t n) {
+        const auto of = [&](std::size_t n) {
           SliceModels& own = models.slices[n];
-          return SignStreams{slices[n].signs, slices[n].leaves, own.signs,
+          return SignStreams{streams[n].signs, streams[n].leaves, own.signs,
                              MovedSigns(field, part.motion(), own.moved_signs, depth - level)};
-        }, parallel));
+        };
+        ISOREEL_TRY(tree.codeLevel(level, of, parallel));
       } else {
-        ISOREEL_TRY(tree.codeLevel(level, [&](std::size_t n) {
-          return SignStreams{slices[n].signs, slices[n].leaves, models.slices[n].signs, NothingMoved{}};
-        }, parallel));
+        const auto of = [&](std::size_t n) {
+          return SignStreams{streams[n].signs, streams[n].leaves, models.slices[n].signs, NothingMoved{}};
+        };
+        ISOREEL_TRY(tree.codeLevel(level, of, parallel));
       }
-      for (const SliceStreams& slice : slices) {
+      for (const SliceStreams& slice : streams) {
         if (!slice.signs.finished()) return leftOver("corner signs", level);
         if (!slice.leaves.finished()) return leftOver("leaf bits", level);
       }
@@ -394,6 +361,7 @@ Result<Surface> Decoder::State::decode(ByteSpan packet, const DecodeOptions& opt
   const std::size_t found = tree.cells().size();
   if (sheets ? found > header.vertices : found != header.vertices) return differs(found);
   if (header.faces > 3 * found) return counts("quads", quadCount(tree.cells()), header.faces);
+  slices = sliceCount(header.vertices, with.slices);
   const std::size_t bricks = tree.bricks();
   std::vector<Cell> active = tree.takeCells();
   tree_memory = tree.takeMemory();
@@ -413,7 +381,6 @@ Result<Surface> Decoder::State::decode(ByteSpan packet, const DecodeOptions& opt
     ISOREEL_TRY(height_slices.open(*vertex_bytes));
   }
   Status vertices;
-  const std::size_t slices = std::max<std::size_t>(height_slices.count(), 1);
   parallel(slices + 1, [&](std::size_t task) {  // beside the vertices, what connects them
     if (task == slices) {
       surface.quads = dualQuads(active, index, std::size_t{header.faces} + 1);
@@ -430,11 +397,18 @@ Result<Surface> Decoder::State::decode(ByteSpan packet, const DecodeOptions& opt
   if (predicted && options.motion != nullptr) *options.motion = part.blocks(active, field);
   toGridPositions(active, surface.vertices);
   if (surface.quads.size() != header.faces) return counts("quads", quadCount(active), header.faces);
-  if (surfaceHash(surface) != header.surface_hash) {
+  const bool leads_on = (with.tools & kToolPrediction) != 0;
+  std::uint64_t hash = 0;
+  parallel(leads_on ? 2 : 1, [&](std::size_t task) {
+    if (task == 0) {
+      hash = surfaceHash(surface);
+    } else {
+      reference.setPlanes(surface, active, parallel);
+    }
+  });
+  if (hash != header.surface_hash)
     return {ErrorCode::kBadData, "packet: the decoded surface does not match its hash (spec codec 7)"};
-  }
-  if ((with.tools & kToolPrediction) != 0) {
-    reference.setPlanes(surface, active, parallel);
+  if (leads_on) {
     last = header.number;
     configuration = with;
   }

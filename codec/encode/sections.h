@@ -27,7 +27,8 @@ void addSection(CodedFrame& coded, SectionKind kind, std::uint32_t level, Write 
   enterSection(coded, kind, level, start);
 }
 /// The streams of slices.
-inline Status addSlices(CodedFrame& coded, SectionKind kind, std::uint32_t level, std::span<const Bytes> slices) {
+inline Status addSlices(CodedFrame& coded, SectionKind kind, std::uint32_t level,
+                        std::span<const Bytes> slices) {
   const std::size_t start = coded.payload.size();
   ISOREEL_TRY(writeSlices(slices, coded.payload));
   enterSection(coded, kind, level, start);
@@ -49,13 +50,15 @@ class SignWriter {
   std::uint32_t depth() const { return tree_.depth(); }
   const std::vector<Cell>& cells() const { return tree_.cells(); }
 
-  /// The next level. movedOf(models) gives what a slice with these knows of nodes from elsewhere (see SignStreams).
+  /// The next level. movedOf(models) gives what a slice with these knows of nodes from elsewhere (see
+  /// SignStreams).
   template <class MovedOf>
   Status write(std::uint32_t level, const MovedOf& movedOf) {
     if (level > 0 && tree_.cells().empty()) return {};
     const std::size_t start = coded_.payload.size(), count = level == 0 ? 1 : tree_.sliceCount();
     std::vector<Bytes> sign_bytes(count), leaf_bytes(count);
-    std::vector<RangePut> signs(sign_bytes.begin(), sign_bytes.end()), leaves(leaf_bytes.begin(), leaf_bytes.end());
+    std::vector<RangePut> signs(sign_bytes.begin(), sign_bytes.end()),
+        leaves(leaf_bytes.begin(), leaf_bytes.end());
     coded_.models.haveSlices(count);
     if (level == 0) {
       ISOREEL_TRY(tree_.codeRoot(signs[0], leaves[0]));

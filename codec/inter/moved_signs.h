@@ -69,7 +69,8 @@ class MovedSignModels {
 class MovedSigns {
  public:
   /// `shift`: the level's nodes are 2^shift apart.
-  MovedSigns(const ReferenceField& field, const MotionField& motion, MovedSignModels& models, std::uint32_t shift)
+  MovedSigns(const ReferenceField& field, const MotionField& motion, MovedSignModels& models,
+             std::uint32_t shift)
       : field_(field), motion_(motion), models_(models), shift_(shift) {
     enter();
   }

@@ -20,7 +20,7 @@ struct SliceModels {
     heights.reset();
   }
   /// Memory beyond the object itself.
-  std::uint64_t bytes() const { return signs.bytes() + moved_signs.bytes(); }
+  std::uint64_t bytes() const { return signs.bytes() + moved_signs.bytes() + heights.bytes(); }
 };
 
 /// Everything that adapts while packets are coded. An I packet starts anew; a P packet goes on with what the
@@ -45,6 +45,10 @@ struct PacketModels {
     const bool mixed = slices[0].signs.mixed;
     slices.reserve(count);
     while (slices.size() < count) slices.emplace_back().signs.mixed = mixed;
+  }
+  /// Memory of all but the first slice when there are so many.
+  std::uint64_t bytesOfMore(std::size_t count) const {
+    return (std::max(count, slices.size()) - 1) * (sizeof(SliceModels) + slices[0].bytes());
   }
   void mixSigns(bool mixed) {
     for (SliceModels& slice : slices) slice.signs.mixed = mixed;

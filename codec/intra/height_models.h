@@ -63,7 +63,11 @@ class HeightModels {
     magnitudes_.fill({});
   }
 
-  /// For a first look at odd cells, whose residuals an encoder chooses by their cost: what is not 0 seldom is 1.
+  /// Memory beyond the object itself.
+  std::uint64_t bytes() const { return bytesOf(by_activity_) + bytesOf(by_corners_); }
+
+  /// For a first look at odd cells, whose residuals an encoder chooses by their cost: what is not 0 seldom
+  /// is 1.
   void expectNoOnes() {
     constexpr std::uint16_t kAboveOne = 50000;
     const auto expect = [](std::span<BitModel> models) {  // by colour, then magnitude, then whether moved
@@ -89,7 +93,8 @@ class HeightModels {
   Mix<N> more(const HeightContext& c, std::uint32_t magnitude) {
     const std::uint32_t k = magnitude - 1;
     BitModel* const first = &more_[(((c.activity * 4 + c.bend / 4) * 2 + c.colour) * 2 + k) * 2 + c.moved];
-    BitModel* const second = &by_corners_[kMoreByCorners + ((c.corners * 2 + c.colour) * 2 + k) * 2 + c.moved];
+    BitModel* const second =
+        &by_corners_[kMoreByCorners + ((c.corners * 2 + c.colour) * 2 + k) * 2 + c.moved];
     if constexpr (N == 2) {
       return {{first, second}, more_weights_[weightSet(c) * 2 + k], kVertexFloor};
     } else {

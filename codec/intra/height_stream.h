@@ -170,13 +170,13 @@ inline Coded around(const std::uint64_t* parts, std::size_t colour, std::uint8_t
 
 }  // namespace heights
 
-/// Puts or gets the heights of a slice into frame.heights. `weights`: coded in front of the first slice's heights.
-/// `tools`: of the record. An encoder's choose(i, expected, context) gives the residual to put. A decoder stops
-/// early when the stream is overrun.
+/// Puts or gets the heights of a slice into frame.heights. `weights`: coded in front of the first slice's
+/// heights. `tools`: of the record. An encoder's choose(i, expected, context) gives the residual to put. A
+/// decoder stops early when the stream is overrun.
 template <class Coder, class Choose>
 void codeHeights(Coder& coder, HeightModels& models, const HeightWeights& weights,
-                 std::span<const Surroundings::Run> runs, std::span<const Cell> cells, HeightFrame& frame, std::int32_t step, std::uint32_t tools,
-                 Choose choose) {
+                 std::span<const Surroundings::Run> runs, std::span<const Cell> cells, HeightFrame& frame,
+                 std::int32_t step, std::uint32_t tools, Choose choose) {
   const SignInputs* const all_inputs = frame.predicted.inputs.data();
   const MovedHeight* const all_moved = frame.moved.empty() ? nullptr : frame.moved.data();
   std::uint64_t* const parts = frame.parts.data();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One slice of a level of the octree of signs (spec codec 4.3 to 4.5, 11.10): signs of the 27 corners of a cell's
-// eight children, then a leaf bit for each child whose corners agree. One walk serves both directions.
+// One slice of a level of the octree of signs (spec codec 4.3 to 4.5, 11.10): signs of the 27 corners of a
+// cell's eight children, then a leaf bit for each child whose corners agree. One walk serves both directions.
 #pragma once
 
 #include <isoreel/base/status.h>
@@ -81,7 +81,8 @@ class SignSlice {
     for (std::uint32_t number = first_; number < end_; ++number) ISOREEL_TRY(codeSigns(number));
     return {};
   }
-  /// Then the cells of the level are added to `children`, by leaf bits or, at the deepest level, by the signs alone.
+  /// Then the cells of the level are added to `children`, by leaf bits or, at the deepest level, by the signs
+  /// alone.
   Status addChildren(std::vector<Cell>& children) {
     for (std::uint32_t number = first_; number < end_; ++number) {
       if (!level_.deepest()) {
@@ -92,7 +93,8 @@ class SignSlice {
     }
     return {};
   }
-  /// Both at the deepest level, when there is one slice: the children follow from the signs while these are at hand.
+  /// Both at the deepest level, when there is one slice: the children follow from the signs while these are
+  /// at hand.
   Status codeAll(std::vector<Cell>& children) {
     for (std::uint32_t number = first_; number < end_; ++number) {
       ISOREEL_TRY(codeSigns(number));
@@ -103,8 +105,8 @@ class SignSlice {
 
  private:
   Status tooShort(const char* what) const {
-    return {ErrorCode::kTruncated,
-            std::string(what) + " of level " + std::to_string(level_.level) + " end too early (spec codec 4.2)"};
+    return {ErrorCode::kTruncated, std::string(what) + " of level " + std::to_string(level_.level) +
+                                       " end too early (spec codec 4.2)"};
   }
   Status codeSigns(std::uint32_t number) {
     lookAround(number);
@@ -131,7 +133,8 @@ class SignSlice {
   };
   std::span<const Neighbour> around() const { return std::span(around_).first(around_count_); }
 
-  // Brings what the slice's bricks around know into a brick's block, from those with numbers of at least `from`.
+  // Brings what the slice's bricks around know into a brick's block, from those with numbers of at least
+  // `from`.
   void pull(std::uint32_t number, std::uint32_t from) {
     for (const auto& [other, offset] : around()) {
       if (other >= from && other < end_ && other != number)
@@ -164,9 +167,10 @@ class SignSlice {
       const Cell& cell = level_.cells[i];
       moved_.goTo(cell);
       const int x = cell.x & 3, y = cell.y & 3, z = cell.z & 3;
-      const std::uint32_t nodes = newNodesWithin({level_.lattice.last[0] - 2 * cell.x, level_.lattice.last[1] - 2 * cell.y,
-                                                  level_.lattice.last[2] - 2 * cell.z}) &
-                                  ~newNodesOn(done.around(x, y, z));
+      const std::uint32_t nodes =
+          newNodesWithin({level_.lattice.last[0] - 2 * cell.x, level_.lattice.last[1] - 2 * cell.y,
+                          level_.lattice.last[2] - 2 * cell.z}) &
+          ~newNodesOn(done.around(x, y, z));
       // Nodes that also lie on a cell of this level that is not divided: their sign is that of the corners
       // they share.
       const std::uint32_t given = nodes & newNodesOn(undivided.around(x, y, z)), coded = nodes & ~given;

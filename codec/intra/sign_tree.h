@@ -32,7 +32,8 @@ struct SignTreeMemory {
   std::uint64_t bytes() const { return bytesOf(cells) + bytesOf(children) + bytesOf(blocks) + index.bytes(); }
 };
 
-/// The tree while it is coded. Truth answers for the encoder, asked in Morton order within a slice of a level:
+/// The tree while it is coded. Truth answers for the encoder, asked in Morton order within a slice of a
+/// level:
 ///   bool sign(const LevelLattice&, int x, int y, int z)   whether a lattice node is inside
 ///   bool divided(std::uint32_t level, const Cell&)        whether a cell whose corners agree holds a sign
 ///   change
@@ -40,7 +41,8 @@ template <class Coder, class Truth>
 class SignTree {
  public:
   /// `grid` must outlive the tree.
-  SignTree(const Grid& grid, Truth truth, std::size_t max_cells, const Slices& slices = {}, SignTreeMemory memory = {})
+  SignTree(const Grid& grid, Truth truth, std::size_t max_cells, const Slices& slices = {},
+           SignTreeMemory memory = {})
       : grid_(grid),
         depth_(octreeDepth(grid)),
         truth_(truth),
@@ -96,15 +98,16 @@ class SignTree {
     return {};
   }
 
-  /// Codes level `level` (1 to depth) from the cells of the level above. streamsOf(n) gives the SignStreams of each
-  /// of sliceCount() slices; asked on any thread, and more than once.
+  /// Codes level `level` (1 to depth) from the cells of the level above. streamsOf(n) gives the SignStreams
+  /// of each of sliceCount() slices; asked on any thread, and more than once.
   template <class StreamsOf>
   Status codeLevel(std::uint32_t level, const StreamsOf& streamsOf, const ParallelFor& parallel = serialFor) {
     index_.build(cells_, bricks_);
     clearFor(children_, std::min(max_cells_, 8 * cells_.size()));
     const LevelLattice lattice(grid_, level);
     seed(lattice);
-    const SignLevel shared{level,  LevelLattice(grid_, level - 1), lattice, cells_, index_, blocks_, max_cells_};
+    const SignLevel shared{level,     LevelLattice(grid_, level - 1), lattice, cells_, index_, blocks_,
+                           max_cells_};
     const std::vector<std::uint32_t> starts = sliceStarts(index_.bricks(), sliceCount());
     const auto slice = [&](std::size_t n) {
       auto streams = streamsOf(n);
@@ -129,7 +132,8 @@ class SignTree {
 
  private:
   template <class SliceOf>
-  Status codeSlices(const SignLevel& level, std::span<const std::uint32_t> starts, const SliceOf& sliceOf, const ParallelFor& parallel) {
+  Status codeSlices(const SignLevel& level, std::span<const std::uint32_t> starts, const SliceOf& sliceOf,
+                    const ParallelFor& parallel) {
     struct alignas(64) Done {
       Status status;
       std::vector<Cell> children;
@@ -142,7 +146,8 @@ class SignTree {
       return {};
     };
     ISOREEL_TRY(inAll([&](std::size_t n) { results[n].status = sliceOf(n).codeSigns(); }));
-    ISOREEL_TRY(inAll([&](std::size_t n) { results[n].status = sliceOf(n).addChildren(results[n].children); }));
+    ISOREEL_TRY(
+        inAll([&](std::size_t n) { results[n].status = sliceOf(n).addChildren(results[n].children); }));
     for (const Done& result : results) {
       if (result.children.size() > max_cells_ - children_.size()) return level.tooManyCells();
       children_.insert(children_.end(), result.children.begin(), result.children.end());

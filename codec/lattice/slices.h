@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Slices: parts of a list of cells that are coded by themselves, so that threads can share the work (spec codec
-// 11.10).
+// Slices: parts of a list of cells that are coded by themselves, so that threads can share the work (spec
+// codec 11.10).
 #pragma once
 
 #include <isoreel/codec/configuration.h>

@@ -183,15 +183,16 @@ void Surroundings::build(std::span<const Cell> cells, const CellIndex& index, co
   const auto placeOf = [&](std::size_t number) {
     return number < bricks ? index.brickOrEmpty(number).first : static_cast<std::uint32_t>(cells.size());
   };
-  const std::vector<std::uint32_t> starts = sliceStarts(index.bricks(), isoreel::sliceCount(cells.size(), slices));
+  const std::vector<std::uint32_t> starts =
+      sliceStarts(index.bricks(), isoreel::sliceCount(cells.size(), slices));
   std::vector<Span> spans;
   slice_runs.assign(1, 0);
   for (std::size_t slice = 0; slice + 1 < starts.size(); ++slice) {
     const std::uint32_t first = placeOf(starts[slice]), end = placeOf(starts[slice + 1]);
     const std::size_t count = runCount(end - first, kRun), in_slice = starts[slice + 1] - starts[slice];
     for (std::size_t n = 0; n < count; ++n) {
-      spans.push_back(
-          {starts[slice] + runStart(n, count, in_slice), starts[slice] + runStart(n + 1, count, in_slice), first, end});
+      spans.push_back({starts[slice] + runStart(n, count, in_slice),
+                       starts[slice] + runStart(n + 1, count, in_slice), first, end});
     }
     slice_runs.push_back(static_cast<std::uint32_t>(spans.size()));
   }
@@ -203,7 +204,8 @@ void Surroundings::build(std::span<const Cell> cells, const CellIndex& index, co
   });
 }
 
-void Surroundings::buildRun(std::span<const Cell> cells, const CellIndex& index, const Span& where, Run& run) {
+void Surroundings::buildRun(std::span<const Cell> cells, const CellIndex& index, const Span& where,
+                            Run& run) {
   std::array<Colour, 2>& colours = run.colours;
   for (Colour& colour : colours) {
     setSize(colour.cells, run.end - run.first);

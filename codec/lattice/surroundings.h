@@ -59,8 +59,8 @@ struct Surroundings {
     alignas(16) std::array<std::array<std::uint64_t, 2>, 5> planes{};
   };
 
-  /// `cells`: the active cells of a surface in Morton order, or their sheets; `index` is theirs. No links lead from
-  /// slice to slice. Keeps its memory from call to call.
+  /// `cells`: the active cells of a surface in Morton order, or their sheets; `index` is theirs. No links
+  /// lead from slice to slice. Keeps its memory from call to call.
   void build(std::span<const Cell> cells, const CellIndex& index, const Slices& slices = {},
              const ParallelFor& parallel = serialFor);
   /// Memory beyond the object itself.

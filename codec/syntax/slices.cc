@@ -37,8 +37,8 @@ Result<std::vector<ByteSpan>> readSlices(ByteSpan section, std::size_t count) {
   std::vector<ByteSpan> streams;
   for (const std::uint32_t length : table.lengths) {
     if (length > in.left()) {
-      return {ErrorCode::kBadData,
-              "slices: longer together than the " + std::to_string(section.size()) + " bytes of their section (spec codec 11.10)"};
+      return {ErrorCode::kBadData, "slices: longer together than the " + std::to_string(section.size()) +
+                                       " bytes of their section (spec codec 11.10)"};
     }
     streams.push_back(in.bytes(length));
   }

@@ -67,8 +67,9 @@ TEST(CellContexts, AreThoseOfTheWindows) {
 template <class Tree, class Coder>
 Status codeLevel(Tree& tree, std::uint32_t level, Coder& signs, Coder& leaves, SignTreeModels& models) {
   if (level == 0) return tree.codeRoot(signs, leaves);
-  return tree.codeLevel(level,
-                        [&](std::size_t) { return SignStreams{signs, leaves, models, NothingMoved{}}; });
+  return tree.codeLevel(level, [&](std::size_t) {
+    return SignStreams{signs, leaves, models, NothingMoved{}};
+  });
 }
 
 TEST(SignTree, DecodesTheCellsOfEveryLevel) {

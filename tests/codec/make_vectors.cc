@@ -162,20 +162,18 @@ void rejectAll(Vectors& vectors) {
     change(parts);
     return made::joined(parts);
   };
-  vectors.reject("slices_1", "slices 1 is below 2", slicedWith([](made::Parts& p) {
-                   made::changeRecord(p.header.configuration, 11, 1);
-                 }));
-  vectors.reject("slices_17", "slices 17 is above 16", slicedWith([](made::Parts& p) {
-                   made::changeRecord(p.header.configuration, 11, 17);
-                 }));
-  vectors.reject("slices_of_128_cells", "slice cells 128 is below 256", slicedWith([](made::Parts& p) {
-                   made::changeRecord(p.header.configuration, 13, 1);
-                 }));
+  vectors.reject("slices_1", "slices 1 is below 2",
+                 slicedWith([](made::Parts& p) { made::changeRecord(p.header.configuration, 11, 1); }));
+  vectors.reject("slices_17", "slices 17 is above 16",
+                 slicedWith([](made::Parts& p) { made::changeRecord(p.header.configuration, 11, 17); }));
+  vectors.reject("slices_of_128_cells", "slice cells 128 is below 256",
+                 slicedWith([](made::Parts& p) { made::changeRecord(p.header.configuration, 13, 1); }));
   vectors.reject("slices_too_long", "slices: longer together than the", slicedWith([](made::Parts& p) {
                    p.sections.back()[0] |= 0x80;
                    p.sections.back()[1] |= 0x7F;
                  }));
-  vectors.reject("slice_left_over", "corner signs of level 5: not used to their end", slicedWith([](made::Parts& p) {
+  vectors.reject("slice_left_over", "corner signs of level 5: not used to their end",
+                 slicedWith([](made::Parts& p) {
                    const std::size_t largest = made::largestSection(p, SectionKind::kSigns);
                    p.sections[largest].resize(p.sections[largest].size() + 9);
                  }));

@@ -37,7 +37,8 @@ TEST(Slices, AreCutBetweenGroups) {
     std::size_t slice = 0, first = 0;
     for (std::size_t i = 0; i < cells.size(); ++i) {
       const Cell &cell = cells[i], &before = cells[i == 0 ? 0 : i - 1];
-      if (cell.x >> 2 != before.x >> 2 || cell.y >> 2 != before.y >> 2 || cell.z >> 2 != before.z >> 2) first = i;
+      if (cell.x >> 2 != before.x >> 2 || cell.y >> 2 != before.y >> 2 || cell.z >> 2 != before.z >> 2)
+        first = i;
       if (slice + 1 < count && i == index.bricks()[starts[slice + 1]].first) ++slice;
       ASSERT_EQ(slice, count * first / cells.size()) << i;
     }
@@ -99,7 +100,8 @@ TEST(Slices, NoLinksLeadAcross) {
   EXPECT_GT(within.size(), all.size() * 9 / 10);  // the others lead from slice to slice
 }
 
-std::vector<Bytes> packets(const Slices& slices, bool mixed_signs = true, const ParallelFor& parallel = serialFor) {
+std::vector<Bytes> packets(const Slices& slices, bool mixed_signs = true,
+                           const ParallelFor& parallel = serialFor) {
   EncoderSettings settings = made::settings(made::large(), kCell / 8);
   settings.configuration.profile = Profile::kMain;
   settings.configuration.slices = slices;
@@ -177,15 +179,20 @@ TEST(Slices, DamageIsFound) {
   parts.sections.back()[3] = 0x7F;
   const auto result = Decoder().decode(made::joined(parts));
   ASSERT_FALSE(result.ok());
-  EXPECT_NE(result.error().message.find("longer together than the"), std::string::npos) << result.error().message;
+  EXPECT_NE(result.error().message.find("longer together than the"), std::string::npos)
+      << result.error().message;
 }
 
 TEST(Slices, OfTheRecordAreChecked) {
   Configuration configuration = made::settings(made::named("sphere")).configuration;
   configuration.profile = Profile::kMain;
   configuration.tools = kToolSlices;
-  for (const auto& [slices, holds] : {std::pair{Slices{2, 256}, true}, {Slices{16, 1u << 30}, true}, {Slices{1, 256}, false},
-                                      {Slices{17, 256}, false}, {Slices{2, 255}, false}, {Slices{2, (1u << 30) + 1}, false}}) {
+  for (const auto& [slices, holds] : {std::pair{Slices{2, 256}, true},
+                                      {Slices{16, 1u << 30}, true},
+                                      {Slices{1, 256}, false},
+                                      {Slices{17, 256}, false},
+                                      {Slices{2, 255}, false},
+                                      {Slices{2, (1u << 30) + 1}, false}}) {
     configuration.slices = slices;
     const auto record = writeConfiguration(configuration);
     ASSERT_EQ(record.ok(), holds) << slices.most << " " << slices.least_cells;

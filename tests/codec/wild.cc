@@ -101,7 +101,8 @@ Bytes wildHeights(const Made& made, std::uint32_t step, std::int32_t largest, st
   Bytes section;
   RangePut coder(section);
   models.codeWeights(coder, weights, false);
-  codeHeights(coder, models, models.weights, frame.around.runs, extracted.cells, frame, static_cast<std::int32_t>(step), kTools,
+  codeHeights(coder, models, models.weights, frame.around.runs, extracted.cells, frame,
+              static_cast<std::int32_t>(step), kTools,
               [&](std::uint32_t, std::int32_t, const HeightContext&) {
                 return within(random() % 2 == 0 ? 2 : largest);
               });
@@ -132,9 +133,9 @@ Bytes WildSequence::intra(const Made& made, std::uint32_t step) {
   const auto signed_step = static_cast<std::int32_t>(step);
   const FrameInput input = frame.input(made.volume.grid, {signed_step, signed_step});
   HeightFrame heights;
-  return packet(made, frame.cells, frame.index, header,
-                main_ ? *HeightCoder(input, nullptr, kTools, {}, serialFor, heights).codeIntra()
-                      : *codeIntra(input));
+  return packet(
+      made, frame.cells, frame.index, header,
+      main_ ? *HeightCoder(input, nullptr, kTools, {}, serialFor, heights).codeIntra() : *codeIntra(input));
 }
 
 Bytes WildSequence::predicted(const Made& made, const Wild& wild) {
@@ -151,7 +152,8 @@ Bytes WildSequence::predicted(const Made& made, const Wild& wild) {
   const std::uint32_t depth = octreeDepth(made.volume.grid),
                       block_level = blockLevel(depth, wild.header.block_log2);
   Signs signs(frame, made.volume.grid, coded);
-  for (std::uint32_t level = 0; level <= block_level; ++level) signs.write(level, [](SliceModels&) { return NothingMoved{}; });
+  for (std::uint32_t level = 0; level <= block_level; ++level)
+    signs.write(level, [](SliceModels&) { return NothingMoved{}; });
 
   MotionField motion;
   motion.build(signs.cells(), wild.header.block_log2, wild.header.vector_step);
@@ -222,8 +224,8 @@ void WildSequence::heights(const Made& made, std::span<const Cell> cells, const 
   addSection(coded, SectionKind::kVertices, 0, {}, [&](RangePut& coder) {
     HeightModels& models = coded.models.slices[0].heights;
     models.codeWeights(coder, weights(), true);
-    codeHeights(coder, models, models.weights, frame.around.runs, cells, frame, static_cast<std::int32_t>(wild.step),
-                kTools,
+    codeHeights(coder, models, models.weights, frame.around.runs, cells, frame,
+                static_cast<std::int32_t>(wild.step), kTools,
                 [&](std::uint32_t, std::int32_t, const HeightContext&) { return within(wild.largest); });
   });
   for (std::size_t i = 0; i < cells.size(); ++i)

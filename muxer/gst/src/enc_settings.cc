@@ -20,6 +20,7 @@ enum Property {
   kPreset,
   kVertex,
   kFit,
+  kSlices,
   kNan,
   kJobs
 };
@@ -123,6 +124,11 @@ void EncoderProperties::install(GObjectClass* klass) {
          "GstIsoreelVertex", kVertices, static_cast<gint>(settings.placement));
   choice(kFit, "fit", "Fit", "What surfaces come close to (profile main)", "GstIsoreelFit", kFits,
          static_cast<gint>(settings.heights.fit));
+  g_object_class_install_property(
+      klass, kSlices,
+      g_param_spec_uint("slices", "Slices",
+                        "Parts that large frames are coded in, so that as many threads can decode one", 1,
+                        Slices::kMost, settings.configuration.slices.most, kFlags));
   choice(kNan, "nan", "Not a number", "Samples that are not finite: an error, or outside", "GstIsoreelNan",
          kNonFinites, static_cast<gint>(settings.non_finite));
   g_object_class_install_property(
@@ -169,6 +175,9 @@ void EncoderProperties::set(GObject* object, guint id, const GValue* value, GPar
       break;
     case kFit:
       settings.heights.fit = static_cast<Fit>(g_value_get_enum(value));
+      break;
+    case kSlices:
+      settings.configuration.slices.most = g_value_get_uint(value);
       break;
     case kVertex:
       settings.placement = static_cast<VertexPlacement>(g_value_get_enum(value));
@@ -218,6 +227,9 @@ void EncoderProperties::get(GObject* object, guint id, GValue* value, GParamSpec
       break;
     case kFit:
       g_value_set_enum(value, static_cast<gint>(settings.heights.fit));
+      break;
+    case kSlices:
+      g_value_set_uint(value, settings.configuration.slices.most);
       break;
     case kVertex:
       g_value_set_enum(value, static_cast<gint>(settings.placement));

@@ -21,8 +21,8 @@ inline constexpr std::uint32_t kToolsOfMain =
 
 enum class Profile : std::uint8_t { kClassic = 0, kMain = 1 };
 
-/// Into how many slices the cells of a level, or the vertices of a surface, are cut (spec codec 11.10): as many as
-/// have `least_cells` each, `most` at most.
+/// Into how many slices the cells of a level, or the vertices of a surface, are cut (spec codec 11.10): as
+/// many as have `least_cells` each, `most` at most.
 struct Slices {
   static constexpr std::uint32_t kMost = 16, kLeastCells = 256;
   std::uint32_t most = 1;           // 1 to kMost; 1: no slices
