@@ -96,8 +96,7 @@ struct Encoder::State {
   }
   /// Whether heights are chosen without knowing where the extractor would put vertices.
   bool placesItself() const {
-    return settings.configuration.profile == Profile::kMain && settings.heights.fit == Fit::kVolume &&
-           !settings.heights.refine;
+    return settings.configuration.profile == Profile::kMain && settings.heights.fit == Fit::kVolume;
   }
   /// `cells`: as above; `vertices` in them, none when placesItself(). `volume`: what they are from; null when
   /// that is not known.

@@ -12,6 +12,8 @@ constexpr std::size_t kPerTask = 4096;
 constexpr float kReach =
     0.2f;  // how far from the surface a vertex may be wanted: the distance is linear near it only
 constexpr float kDoubtful = 0.6f;  // a sample that is farther from the surface says nothing
+// The number of each pair of a quad's corners.
+constexpr std::array<std::array<std::uint8_t, 4>, 4> kPairs{{{0, 0, 1, 2}, {0, 0, 3, 4}, {1, 3, 0, 5}, {2, 4, 5, 0}}};
 
 }  // namespace
 
@@ -20,11 +22,15 @@ SurfaceFit::SurfaceFit(const FitTarget& target, std::span<const Cell> cells, con
                        const ParallelFor& parallel)
     : target_(target),
       cells_(cells),
-      frame_(frame),
       quads_(quads),
-      grid_(grid),
+      squared_spacing_{static_cast<float>(grid.spacing[0] * grid.spacing[0]),
+                       static_cast<float>(grid.spacing[1] * grid.spacing[1]),
+                       static_cast<float>(grid.spacing[2] * grid.spacing[2])},
       sparse_(sparse),
       parallel_(parallel),
+      slopes_(cells.size()),
+      pairs_(quads.size()),
+      corner_slopes_(quads.size()),
       heights_(cells.size()),
       start_(cells.size()),
       points_(cells.size()),
@@ -38,47 +44,19 @@ SurfaceFit::SurfaceFit(const FitTarget& target, std::span<const Cell> cells, con
       normals_[i][k] = static_cast<float>(frame.predicted.normals[i].v[k]) / kCell;
     }
   }
-  makeSamples(quads);
+  findUses();
 }
 
-void SurfaceFit::makeSamples(std::span<const Quad> quads) {
-  const auto count = static_cast<std::uint32_t>(cells_.size());
-  samples_.reserve(3 * cells_.size() + 3 * quads.size());
-  for (std::uint32_t i = 0; i < count; ++i) {
-    Sample vertex;
-    vertex.vertices.fill(i);
-    vertex.parts = {1, 0, 0, 0};
-    samples_.push_back(vertex);
-    if (sparse_) continue;
-    for (const std::size_t face : {1u, 3u, 5u}) {
-      const std::uint32_t j = frame_.around.across[i][face];
-      if (j == i) continue;
-      Sample edge;
-      edge.vertices = {i, j, i, i};
-      edge.parts = {0.5f, 0.5f, 0, 0};
-      samples_.push_back(edge);
-    }
-  }
-  first_of_quads_ = samples_.size();
-  for (const Quad& quad : quads) {
-    Sample part;
-    part.vertices = quad;
-    samples_.insert(samples_.end(), 3, part);
-  }
-  // Who is in which sample.
-  const auto vertices = [&](const Sample& s, std::size_t number) -> std::size_t {
-    return number >= first_of_quads_ ? 4 : s.parts[1] > 0 ? 2 : 1;
-  };
+void SurfaceFit::findUses() {
   first_use_.assign(cells_.size() + 1, 0);
-  for (std::size_t s = 0; s < samples_.size(); ++s) {
-    for (std::size_t v = 0; v < vertices(samples_[s], s); ++v) ++first_use_[samples_[s].vertices[v] + 1];
+  for (const Quad& quad : quads_) {
+    for (const std::uint32_t i : quad) ++first_use_[i + 1];
   }
   for (std::size_t i = 0; i < cells_.size(); ++i) first_use_[i + 1] += first_use_[i];
   uses_.resize(first_use_.back());
   std::vector<std::uint32_t> next(first_use_.begin(), first_use_.end() - 1);
-  for (std::size_t s = 0; s < samples_.size(); ++s) {
-    for (std::size_t v = 0; v < vertices(samples_[s], s); ++v)
-      uses_[next[samples_[s].vertices[v]]++] = {static_cast<std::uint32_t>(s), static_cast<std::uint32_t>(v)};
+  for (std::uint32_t q = 0; q < quads_.size(); ++q) {
+    for (std::uint32_t corner = 0; corner < 4; ++corner) uses_[next[quads_[q][corner]]++] = {q, corner};
   }
 }
 
@@ -101,76 +79,115 @@ std::array<std::int32_t, 3> SurfaceFit::vertex(std::uint32_t i) const {
   return result;
 }
 
-// The triangles of a quad: split along its shorter diagonal, as Surface::triangles() does.
-void SurfaceFit::splitQuads(std::span<const Quad> quads) {
-  forRuns(parallel_, quads.size(), kPerTask, [&](std::size_t first, std::size_t end) {
-    for (std::size_t q = first; q < end; ++q) {
-      std::array<float, 2> square{};
-      for (std::size_t d = 0; d < 2; ++d) {
-        const Vec3f &a = places_[quads[q][d]], &b = places_[quads[q][d + 2]];
-        for (std::size_t k = 0; k < 3; ++k)
-          square[d] +=
-              static_cast<float>(grid_.spacing[k] * grid_.spacing[k]) * (a[k] - b[k]) * (a[k] - b[k]);
-      }
-      constexpr float kThird = 1.0f / 3;
-      Sample* const parts = &samples_[first_of_quads_ + 3 * q];
-      if (square[0] <= square[1]) {
-        parts[0].parts = {0.5f, 0, 0.5f, 0};
-        parts[1].parts = {kThird, kThird, kThird, 0};
-        parts[2].parts = {kThird, 0, kThird, kThird};
-      } else {
-        parts[0].parts = {0, 0.5f, 0, 0.5f};
-        parts[1].parts = {kThird, kThird, 0, kThird};
-        parts[2].parts = {0, kThird, kThird, kThird};
-      }
+// Adds up what the samples of one quad say.
+class SurfaceFit::QuadSum {
+ public:
+  QuadSum(const SurfaceFit& fit, const Quad& quad) : fit_(fit), quad_(quad) {}
+
+  /// A sample at the mean of the corners so weighed. `near`: those that it is the mean of.
+  void add(const std::array<float, 4>& parts, const std::array<std::uint32_t, 4>& near) {
+    Vec3f at{};
+    for (std::size_t v = 0; v < 4; ++v) {
+      const Vec3f& vertex = fit_.places_[quad_[v]];
+      for (std::size_t k = 0; k < 3; ++k) at[k] += parts[v] * vertex[k];
     }
-  });
+    const FitTarget::Near found = fit_.target_.near(at, near);
+    if (!(std::abs(found.distance) < kDoubtful)) return;
+    std::array<float, 4> slopes;
+    for (std::size_t v = 0; v < 4; ++v) {
+      slopes[v] = parts[v] * dot(found.normal, fit_.normals_[quad_[v]]);
+      corners[v].first += slopes[v] * found.distance;
+      corners[v].second += slopes[v] * slopes[v];
+    }
+    for (std::size_t a = 0; a < 4; ++a) {
+      for (std::size_t b = a + 1; b < 4; ++b) pairs[kPairs[a][b]] += slopes[a] * slopes[b];
+    }
+  }
+
+  std::array<Slopes, 4> corners{};
+  Pairs pairs{};
+
+ private:
+  const SurfaceFit& fit_;
+  const Quad& quad_;
+};
+
+// A quad's triangles: whether it is split from corner 0 to 2, along the shorter diagonal, as
+// Surface::triangles() does.
+bool SurfaceFit::splitAlongFirst(const Quad& quad) const {
+  std::array<float, 2> square{};
+  for (std::size_t d = 0; d < 2; ++d) {
+    const Vec3f &a = places_[quad[d]], &b = places_[quad[d + 2]];
+    for (std::size_t k = 0; k < 3; ++k) square[d] += squared_spacing_[k] * (a[k] - b[k]) * (a[k] - b[k]);
+  }
+  return square[0] <= square[1];
 }
 
 void SurfaceFit::linearise() {
-  for (std::uint32_t i = 0; i < places_.size(); ++i) places_[i] = place(i);
-  splitQuads(quads_);
-  forRuns(parallel_, samples_.size(), kPerTask, [&](std::size_t first, std::size_t end) {
-    for (std::size_t s = first; s < end; ++s) {
-      Sample& sample = samples_[s];
-      Vec3f at{};
-      for (std::size_t v = 0; v < 4; ++v) {
-        const Vec3f& vertex = places_[sample.vertices[v]];
-        for (std::size_t k = 0; k < 3; ++k) at[k] += sample.parts[v] * vertex[k];
-      }
-      const FitTarget::Near near = target_.near(at, sample.vertices);
-      sample.distance = near.distance;
-      sample.slopes.fill(0);
-      if (!(std::abs(sample.distance) < kDoubtful)) {
-        sample.distance = 0;
-        continue;
-      }
-      for (std::size_t v = 0; v < 4; ++v)
-        sample.slopes[v] = sample.parts[v] * dot(near.normal, normals_[sample.vertices[v]]);
+  forRuns(parallel_, cells_.size(), kPerTask, [&](std::size_t first, std::size_t end) {
+    for (std::size_t n = first; n < end; ++n) {
+      const auto i = static_cast<std::uint32_t>(n);
+      places_[i] = place(i);
+      const FitTarget::Near near = target_.near(places_[i], {i, i, i, i});
+      slopes_[i] = {};
+      if (!(std::abs(near.distance) < kDoubtful)) continue;
+      const float slope = dot(near.normal, normals_[i]);
+      slopes_[i] = {slope * near.distance, slope * slope};
     }
   });
+  forRuns(parallel_, quads_.size(), kPerTask, [&](std::size_t first, std::size_t end) {
+    constexpr float kThird = 1.0f / 3;
+    for (std::size_t q = first; q < end; ++q) {
+      const Quad& quad = quads_[q];
+      QuadSum sum(*this, quad);
+      if (splitAlongFirst(quad)) {
+        sum.add({0.5f, 0, 0.5f, 0}, quad);
+        sum.add({kThird, kThird, kThird, 0}, quad);
+        sum.add({kThird, 0, kThird, kThird}, quad);
+      } else {
+        sum.add({0, 0.5f, 0, 0.5f}, quad);
+        sum.add({kThird, kThird, 0, kThird}, quad);
+        sum.add({0, kThird, kThird, kThird}, quad);
+      }
+      for (std::size_t a = 0; a < 4 && !sparse_; ++a) {
+        const std::size_t b = (a + 1) % 4;
+        if (quad[a] > quad[b]) continue;  // the quad on the other side has it
+        std::array<float, 4> parts{};
+        parts[a] = parts[b] = 0.5f;
+        sum.add(parts, {quad[a], quad[b], quad[a], quad[a]});
+      }
+      corner_slopes_[q] = sum.corners;
+      pairs_[q] = sum.pairs;
+    }
+  });
+  for (std::size_t q = 0; q < quads_.size(); ++q) {
+    for (std::size_t v = 0; v < 4; ++v) {
+      Slopes& slopes = slopes_[quads_[q][v]];
+      slopes.first += corner_slopes_[q][v].first;
+      slopes.second += corner_slopes_[q][v].second;
+    }
+  }
 }
 
 SurfaceFit::Bowl SurfaceFit::bowl(std::uint32_t i) const {
-  float curvature = 0, slope = 0;
-  for (std::uint32_t u = first_use_[i]; u < first_use_[i + 1]; ++u) {
-    const Sample& sample = samples_[uses_[u].sample];
-    const float c = sample.slopes[uses_[u].vertex];
-    curvature += c * c;
-    slope += c * sample.distance;
-  }
-  if (curvature < 0.01f) return {start_[i], 0.01f};
-  const float best = heights_[i] - slope / curvature;
-  return {std::clamp(best, start_[i] - kReach, start_[i] + kReach), curvature};
+  const Slopes& slopes = slopes_[i];
+  if (slopes.second < 0.01f) return {start_[i], 0.01f};
+  const float best = heights_[i] - slopes.first / slopes.second;
+  return {std::clamp(best, start_[i] - kReach, start_[i] + kReach), slopes.second};
 }
 
 void SurfaceFit::set(std::uint32_t i, float height) {
   const float change = height - heights_[i];
   if (change == 0) return;
   heights_[i] = height;
+  slopes_[i].first += change * slopes_[i].second;
   for (std::uint32_t u = first_use_[i]; u < first_use_[i + 1]; ++u) {
-    Sample& sample = samples_[uses_[u].sample];
-    sample.distance += change * sample.slopes[uses_[u].vertex];
+    const Use use = uses_[u];
+    const Quad& quad = quads_[use.quad];
+    for (std::size_t step = 1; step < 4; ++step) {
+      const std::size_t other = (use.corner + step) % 4;
+      slopes_[quad[other]].first += change * pairs_[use.quad][kPairs[use.corner][other]];
+    }
   }
 }
 

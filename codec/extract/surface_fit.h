@@ -15,7 +15,8 @@ namespace isoreel {
 
 /// The squared distance of the mesh to the target at samples of it (vertices, middles of edges and
 /// diagonals, centroids of triangles), as a function of the vertices' heights: linear around the heights of
-/// the last linearise().
+/// the last linearise(). What is kept of it are its derivatives, two for each vertex and one for each pair of
+/// a quad's corners, so that nobody goes through the samples again.
 class SurfaceFit {
  public:
   /// Everything must outlive it; `quads` are the dual mesh of `cells`. `sparse`: without the middles of
@@ -44,34 +45,34 @@ class SurfaceFit {
   void linearise();
 
  private:
-  /// A weighted mean of up to four vertices.
-  struct Sample {
-    std::array<std::uint32_t, 4> vertices{};
-    std::array<float, 4> parts{};
-    std::array<float, 4> slopes{};  // of the distance over their heights
-    float distance = 0;
+  /// Half the derivatives of the sum of squares over one height.
+  struct Slopes {
+    float first = 0, second = 0;
   };
-  /// A vertex's place in a sample.
+  /// Half those over two heights, of a quad's corners: see kPairs.
+  using Pairs = std::array<float, 6>;
+  /// A vertex's corner of a quad.
   struct Use {
-    std::uint32_t sample;
-    std::uint32_t vertex;
+    std::uint32_t quad;
+    std::uint32_t corner;
   };
+  class QuadSum;
 
-  void makeSamples(std::span<const Quad> quads);
-  void splitQuads(std::span<const Quad> quads);
+  void findUses();
   Vec3f place(std::uint32_t i) const;
+  bool splitAlongFirst(const Quad& quad) const;
 
   const FitTarget& target_;
   std::span<const Cell> cells_;
-  const HeightFrame& frame_;
   std::span<const Quad> quads_;
-  const Grid& grid_;
+  const std::array<float, 3> squared_spacing_;
   const bool sparse_;
   const ParallelFor& parallel_;
-  std::vector<Sample> samples_;
-  std::size_t first_of_quads_ = 0;
   std::vector<std::uint32_t> first_use_;
   std::vector<Use> uses_;
+  std::vector<Slopes> slopes_;                       // of vertices
+  std::vector<Pairs> pairs_;                         // of quads
+  std::vector<std::array<Slopes, 4>> corner_slopes_;  // what quads add to their corners', in linearise()
   std::vector<float> heights_, start_;
   std::vector<Vec3f> points_, places_, normals_;  // places_: at their heights, in linearise()
 };
