@@ -124,6 +124,15 @@ bool SurfaceFit::splitAlongFirst(const Quad& quad) const {
 }
 
 void SurfaceFit::linearise() {
+  if (!linear_) lookAgain();
+}
+
+void SurfaceFit::setAll(const std::vector<float>& heights) {
+  for (std::uint32_t i = 0; i < heights.size(); ++i) set(i, heights[i]);
+}
+
+void SurfaceFit::lookAgain() {
+  linear_ = true;
   forRuns(parallel_, cells_.size(), kPerTask, [&](std::size_t first, std::size_t end) {
     for (std::size_t n = first; n < end; ++n) {
       const auto i = static_cast<std::uint32_t>(n);
@@ -193,7 +202,7 @@ void SurfaceFit::set(std::uint32_t i, float height) {
 
 void SurfaceFit::optimise(int rounds, int sweeps) {
   for (int round = 0; round < rounds; ++round) {
-    linearise();
+    lookAgain();
     for (int sweep = 0; sweep < sweeps; ++sweep) {
       for (std::uint32_t i = 0; i < heights_.size(); ++i) set(i, bowl(i).best);
     }
