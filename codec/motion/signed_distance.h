@@ -43,6 +43,17 @@ class SignedDistance {
     return std::min(distance * distance, most);
   }
 
+  /// The square of that at the nearest node.
+  float squareAtNode(const Eigen::Vector3f& place, float most) {
+    Lattice lattice;
+    if (!toLattice(place, lattice)) return most;
+    for (std::int32_t& l : lattice) l += kCell / 2;
+    const std::int16_t value = field_.lowest(lattice);
+    if (value == CornerValues::kUnknown) return most;
+    const float distance = toCells(value);
+    return distance * distance;
+  }
+
  private:
   using Lattice = std::array<std::int32_t, 3>;  // 1/16384 of a cell
 
