@@ -13,7 +13,8 @@ constexpr float kReach =
     0.2f;  // how far from the surface a vertex may be wanted: the distance is linear near it only
 constexpr float kDoubtful = 0.6f;  // a sample that is farther from the surface says nothing
 // The number of each pair of a quad's corners.
-constexpr std::array<std::array<std::uint8_t, 4>, 4> kPairs{{{0, 0, 1, 2}, {0, 0, 3, 4}, {1, 3, 0, 5}, {2, 4, 5, 0}}};
+constexpr std::array<std::array<std::uint8_t, 4>, 4> kPairs{
+    {{0, 0, 1, 2}, {0, 0, 3, 4}, {1, 3, 0, 5}, {2, 4, 5, 0}}};
 
 }  // namespace
 

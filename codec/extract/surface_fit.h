@@ -74,8 +74,8 @@ class SurfaceFit {
   const ParallelFor& parallel_;
   std::vector<std::uint32_t> first_use_;
   std::vector<Use> uses_;
-  std::vector<Slopes> slopes_;                       // of vertices
-  std::vector<Pairs> pairs_;                         // of quads
+  std::vector<Slopes> slopes_;                        // of vertices
+  std::vector<Pairs> pairs_;                          // of quads
   std::vector<std::array<Slopes, 4>> corner_slopes_;  // what quads add to their corners', in linearise()
   std::vector<float> heights_, start_;
   std::vector<Vec3f> points_, places_, normals_;  // places_: at their heights, in linearise()
