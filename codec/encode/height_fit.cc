@@ -63,15 +63,14 @@ double costOf(std::span<const Example<N>> examples, const std::array<std::int32_
   return bits;
 }
 
-/// Of weighed least squares: the sums of products of inputs with each other (those that are not left of the
-/// diagonal) and with the height.
+/// Of weighed least squares: the sums of products of inputs with each other and with the height.
 template <std::size_t N>
 class Sums {
  public:
   void add(const Example<N>& e, float trust) {
     for (std::size_t k = 0; k < N; ++k) {
       const float scaled = trust * e.inputs[k / 4][k % 4];
-      for (std::size_t four = k / 4; four < kFours; ++four) squares_[k][four] += scaled * e.inputs[four];
+      for (std::size_t four = 0; four < kFours; ++four) squares_[k][four] += scaled * e.inputs[four];
     }
     for (std::size_t four = 0; four < kFours; ++four) products_[four] += trust * e.height * e.inputs[four];
   }
