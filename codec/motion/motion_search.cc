@@ -112,23 +112,30 @@ class BlockSearch {
  private:
   static constexpr float kFar = 4;  // cells squared: further than the field knows
 
-  /// What Gauss-Newton asks of a vector: the sum of squared distances and half its derivatives.
+  /// What Gauss-Newton asks of a vector: the sum of squared distances and its derivatives.
   struct Normal {
     float cost = 0;
-    Eigen::Matrix3f hessian = Eigen::Matrix3f::Zero();
-    Vector3f gradient = Vector3f::Zero();
+    Eigen::Matrix3f hessian;
+    Vector3f gradient;
   };
   Normal normal(const Vector3f& vector) {
-    Normal sum;
+    Normal result;
+    std::array<Eigen::Array4f, 3> sums;  // of products of the slopes with each other, and with the distance
+    for (Eigen::Array4f& sum : sums) sum.setZero();
     for (const Vector3f& point : points_) {
       const SignedDistance::Near d = distance_.at(point + vector);
       const float square = d.value * d.value;
-      sum.cost += d.near ? std::min(square, kOutlier) : kOutlier;
+      result.cost += d.near ? std::min(square, kOutlier) : kOutlier;
       if (!d.near || square > 4 * kOutlier) continue;
-      sum.hessian.noalias() += 2 * d.slope * d.slope.transpose();
-      sum.gradient += 2 * d.value * d.slope;
+      const Eigen::Array4f slope(d.slope[0], d.slope[1], d.slope[2], d.value);
+      for (std::size_t k = 0; k < 3; ++k) sums[k] += slope * slope[static_cast<Eigen::Index>(k)];
     }
-    return sum;
+    for (int k = 0; k < 3; ++k) {
+      const Eigen::Array4f& sum = sums[static_cast<std::size_t>(k)];
+      result.hessian.col(k) = 2 * sum.head<3>();
+      result.gradient[k] = 2 * sum[3];
+    }
+    return result;
   }
 
   /// Mean squared distance of the nodes nearest to every so many-th point, or, when it is not below `most`,
