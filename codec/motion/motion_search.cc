@@ -31,7 +31,11 @@ class BlockSearch {
 
   void start(std::span<const std::array<float, 3>> points) {
     points_.clear();
-    for (const auto& p : points) points_.emplace_back(p[0], p[1], p[2]);
+    nodes_.clear();
+    for (const auto& p : points) {
+      points_.emplace_back(p[0], p[1], p[2]);
+      nodes_.push_back(inLattice(points_.back(), kCell / 2));  // the nearest is the lowest from here
+    }
   }
 
   /// A vector, and the sum of squared distances that it leaves.
@@ -143,10 +147,18 @@ class BlockSearch {
   float nodeCost(const Vector3f& vector, std::size_t stride, float most) {
     const auto count = static_cast<float>((points_.size() + stride - 1) / stride);
     const float enough = most * count * 1.00001f;  // rounding must not end it too early
+    const SignedDistance::Lattice move = inLattice(vector, 0);
     float sum = 0;
-    for (std::size_t i = 0; i < points_.size() && sum < enough; i += stride)
-      sum += distance_.squareAtNode(points_[i] + vector, kFar);
+    for (std::size_t i = 0; i < nodes_.size() && sum < enough; i += stride) {
+      const SignedDistance::Lattice& from = nodes_[i];
+      sum += distance_.squareAtNode({from[0] + move[0], from[1] + move[1], from[2] + move[2]}, kFar);
+    }
     return sum / count;
+  }
+  static SignedDistance::Lattice inLattice(const Vector3f& cells, std::int32_t more) {
+    return {static_cast<std::int32_t>(cells[0] * kCell) + more,
+            static_cast<std::int32_t>(cells[1] * kCell) + more,
+            static_cast<std::int32_t>(cells[2] * kCell) + more};
   }
   static Vector3f step(int x, int y, int z) {
     return {static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
@@ -162,6 +174,7 @@ class BlockSearch {
   const MotionSettings& settings_;
   float unit_;  // of a quantised vector, in cells
   std::vector<Vector3f> points_;
+  std::vector<SignedDistance::Lattice> nodes_;
 };
 
 }  // namespace

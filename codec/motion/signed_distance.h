@@ -43,20 +43,18 @@ class SignedDistance {
     return std::min(distance * distance, most);
   }
 
-  /// The square of that at the nearest node.
-  float squareAtNode(const Eigen::Vector3f& place, float most) {
-    Lattice lattice;
-    if (!toLattice(place, lattice)) return most;
-    for (std::int32_t& l : lattice) l += kCell / 2;
-    const std::int16_t value = field_.lowest(lattice);
+  /// 1/16384 of a cell.
+  using Lattice = std::array<std::int32_t, 3>;
+
+  /// The square of that at the lowest corner of the cell that holds a place.
+  float squareAtNode(const Lattice& place, float most) {
+    const std::int16_t value = field_.lowest(place);
     if (value == CornerValues::kUnknown) return most;
     const float distance = toCells(value);
     return distance * distance;
   }
 
  private:
-  using Lattice = std::array<std::int32_t, 3>;  // 1/16384 of a cell
-
   static bool toLattice(const Eigen::Vector3f& place, Lattice& result) {
     for (int k = 0; k < 3; ++k) {
       if (!(place[k] >= 0 && place[k] < 65535)) return false;
