@@ -12,9 +12,12 @@ constexpr std::size_t kPerTask = 4096;
 constexpr float kReach =
     0.2f;  // how far from the surface a vertex may be wanted: the distance is linear near it only
 constexpr float kDoubtful = 0.6f;  // a sample that is farther from the surface says nothing
-// The number of each pair of a quad's corners.
+// The number of each pair of a quad's corners: those of neighbours, from the first of them, then the
+// diagonals.
 constexpr std::array<std::array<std::uint8_t, 4>, 4> kPairs{
-    {{0, 0, 1, 2}, {0, 0, 3, 4}, {1, 3, 0, 5}, {2, 4, 5, 0}}};
+    {{0, 0, 4, 3}, {0, 0, 1, 5}, {4, 1, 0, 2}, {3, 5, 2, 0}}};
+
+using Four = float __attribute__((vector_size(16)));
 
 }  // namespace
 
@@ -83,34 +86,41 @@ std::array<std::int32_t, 3> SurfaceFit::vertex(std::uint32_t i) const {
 // Adds up what the samples of one quad say.
 class SurfaceFit::QuadSum {
  public:
-  QuadSum(const SurfaceFit& fit, const Quad& quad) : fit_(fit), quad_(quad) {}
-
-  /// A sample at the mean of the corners so weighed. `near`: those that it is the mean of.
-  void add(const std::array<float, 4>& parts, const std::array<std::uint32_t, 4>& near) {
-    Vec3f at{};
-    for (std::size_t v = 0; v < 4; ++v) {
-      const Vec3f& vertex = fit_.places_[quad_[v]];
-      for (std::size_t k = 0; k < 3; ++k) at[k] += parts[v] * vertex[k];
-    }
-    const FitTarget::Near found = fit_.target_.near(at, near);
-    if (!(std::abs(found.distance) < kDoubtful)) return;
-    std::array<float, 4> slopes;
-    for (std::size_t v = 0; v < 4; ++v) {
-      slopes[v] = parts[v] * dot(found.normal, fit_.normals_[quad_[v]]);
-      corners[v].first += slopes[v] * found.distance;
-      corners[v].second += slopes[v] * slopes[v];
-    }
-    for (std::size_t a = 0; a < 4; ++a) {
-      for (std::size_t b = a + 1; b < 4; ++b) pairs[kPairs[a][b]] += slopes[a] * slopes[b];
+  QuadSum(const SurfaceFit& fit, const Quad& quad) : fit_(fit) {
+    const auto along = [&](const std::vector<Vec3f>& of, std::size_t k) {
+      return Four{of[quad[0]][k], of[quad[1]][k], of[quad[2]][k], of[quad[3]][k]};
+    };
+    for (std::size_t k = 0; k < 3; ++k) {
+      places_[k] = along(fit.places_, k);
+      normals_[k] = along(fit.normals_, k);
     }
   }
 
-  std::array<Slopes, 4> corners{};
-  Pairs pairs{};
+  /// A sample at the mean of the corners so weighed. `near`: those that it is the mean of.
+  void add(const Four& parts, const std::array<std::uint32_t, 4>& near) {
+    Vec3f at;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Four along = parts * places_[k];
+      at[k] = (along[0] + along[1]) + (along[2] + along[3]);
+    }
+    const FitTarget::Near found = fit_.target_.near(at, near);
+    if (!(std::abs(found.distance) < kDoubtful)) return;
+    const Four slopes = parts * (found.normal[0] * normals_[0] + found.normal[1] * normals_[1] +
+                                 found.normal[2] * normals_[2]);
+    first += slopes * found.distance;
+    second += slopes * slopes;
+    next += slopes * __builtin_shufflevector(slopes, slopes, 1, 2, 3, 0);
+    across += slopes * __builtin_shufflevector(slopes, slopes, 2, 3, 0, 1);
+  }
+
+  // Of each corner.
+  Four first{}, second{};
+  // Of each corner and the next one, and the one across.
+  Four next{}, across{};
 
  private:
   const SurfaceFit& fit_;
-  const Quad& quad_;
+  std::array<Four, 3> places_, normals_;
 };
 
 // A quad's triangles: whether it is split from corner 0 to 2, along the shorter diagonal, as
@@ -151,23 +161,23 @@ void SurfaceFit::lookAgain() {
       const Quad& quad = quads_[q];
       QuadSum sum(*this, quad);
       if (splitAlongFirst(quad)) {
-        sum.add({0.5f, 0, 0.5f, 0}, quad);
-        sum.add({kThird, kThird, kThird, 0}, quad);
-        sum.add({kThird, 0, kThird, kThird}, quad);
+        sum.add(Four{0.5f, 0, 0.5f, 0}, quad);
+        sum.add(Four{kThird, kThird, kThird, 0}, quad);
+        sum.add(Four{kThird, 0, kThird, kThird}, quad);
       } else {
-        sum.add({0, 0.5f, 0, 0.5f}, quad);
-        sum.add({kThird, kThird, 0, kThird}, quad);
-        sum.add({0, kThird, kThird, kThird}, quad);
+        sum.add(Four{0, 0.5f, 0, 0.5f}, quad);
+        sum.add(Four{kThird, kThird, 0, kThird}, quad);
+        sum.add(Four{0, kThird, kThird, kThird}, quad);
       }
       for (std::size_t a = 0; a < 4 && !sparse_; ++a) {
         const std::size_t b = (a + 1) % 4;
         if (quad[a] > quad[b]) continue;  // the quad on the other side has it
-        std::array<float, 4> parts{};
+        Four parts{};
         parts[a] = parts[b] = 0.5f;
         sum.add(parts, {quad[a], quad[b], quad[a], quad[a]});
       }
-      corner_slopes_[q] = sum.corners;
-      pairs_[q] = sum.pairs;
+      for (std::size_t v = 0; v < 4; ++v) corner_slopes_[q][v] = {sum.first[v], sum.second[v]};
+      pairs_[q] = {sum.next[0], sum.next[1], sum.next[2], sum.next[3], sum.across[0], sum.across[1]};
     }
   });
   for (std::size_t q = 0; q < quads_.size(); ++q) {
