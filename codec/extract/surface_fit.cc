@@ -12,11 +12,6 @@ constexpr std::size_t kPerTask = 4096;
 constexpr float kReach =
     0.2f;  // how far from the surface a vertex may be wanted: the distance is linear near it only
 constexpr float kDoubtful = 0.6f;  // a sample that is farther from the surface says nothing
-// The number of each pair of a quad's corners: those of neighbours, from the first of them, then the
-// diagonals.
-constexpr std::array<std::array<std::uint8_t, 4>, 4> kPairs{
-    {{0, 0, 4, 3}, {0, 0, 1, 5}, {4, 1, 0, 2}, {3, 5, 2, 0}}};
-
 using Four = float __attribute__((vector_size(16)));
 
 }  // namespace
@@ -33,8 +28,6 @@ SurfaceFit::SurfaceFit(const FitTarget& target, std::span<const Cell> cells, con
       sparse_(sparse),
       parallel_(parallel),
       slopes_(cells.size()),
-      pairs_(quads.size()),
-      corner_slopes_(quads.size()),
       heights_(cells.size()),
       start_(cells.size()),
       points_(cells.size()),
@@ -58,9 +51,10 @@ void SurfaceFit::findUses() {
   }
   for (std::size_t i = 0; i < cells_.size(); ++i) first_use_[i + 1] += first_use_[i];
   uses_.resize(first_use_.back());
+  use_of_.resize(quads_.size());
   std::vector<std::uint32_t> next(first_use_.begin(), first_use_.end() - 1);
   for (std::uint32_t q = 0; q < quads_.size(); ++q) {
-    for (std::uint32_t corner = 0; corner < 4; ++corner) uses_[next[quads_[q][corner]]++] = {q, corner};
+    for (std::uint32_t corner = 0; corner < 4; ++corner) use_of_[q][corner] = next[quads_[q][corner]]++;
   }
 }
 
@@ -176,17 +170,22 @@ void SurfaceFit::lookAgain() {
         parts[a] = parts[b] = 0.5f;
         sum.add(parts, {quad[a], quad[b], quad[a], quad[a]});
       }
-      for (std::size_t v = 0; v < 4; ++v) corner_slopes_[q][v] = {sum.first[v], sum.second[v]};
-      pairs_[q] = {sum.next[0], sum.next[1], sum.next[2], sum.next[3], sum.across[0], sum.across[1]};
+      for (std::size_t v = 0; v < 4; ++v) {
+        const std::size_t after = (v + 1) % 4, across = (v + 2) % 4, before = (v + 3) % 4;
+        uses_[use_of_[q][v]] = {
+            {sum.first[v], sum.second[v]},
+            {{{quad[after], sum.next[v]}, {quad[across], sum.across[v]}, {quad[before], sum.next[before]}}}};
+      }
     }
   });
-  for (std::size_t q = 0; q < quads_.size(); ++q) {
-    for (std::size_t v = 0; v < 4; ++v) {
-      Slopes& slopes = slopes_[quads_[q][v]];
-      slopes.first += corner_slopes_[q][v].first;
-      slopes.second += corner_slopes_[q][v].second;
+  forRuns(parallel_, cells_.size(), kPerTask, [&](std::size_t first, std::size_t end) {
+    for (std::size_t i = first; i < end; ++i) {
+      for (std::uint32_t u = first_use_[i]; u < first_use_[i + 1]; ++u) {
+        slopes_[i].first += uses_[u].own.first;
+        slopes_[i].second += uses_[u].own.second;
+      }
     }
-  }
+  });
 }
 
 SurfaceFit::Bowl SurfaceFit::bowl(std::uint32_t i) const {
@@ -202,12 +201,7 @@ void SurfaceFit::set(std::uint32_t i, float height) {
   heights_[i] = height;
   slopes_[i].first += change * slopes_[i].second;
   for (std::uint32_t u = first_use_[i]; u < first_use_[i + 1]; ++u) {
-    const Use use = uses_[u];
-    const Quad& quad = quads_[use.quad];
-    for (std::size_t step = 1; step < 4; ++step) {
-      const std::size_t other = (use.corner + step) % 4;
-      slopes_[quad[other]].first += change * pairs_[use.quad][kPairs[use.corner][other]];
-    }
+    for (const Use::Other& other : uses_[u].others) slopes_[other.vertex].first += change * other.slope;
   }
 }
 

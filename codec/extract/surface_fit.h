@@ -51,12 +51,14 @@ class SurfaceFit {
   struct Slopes {
     float first = 0, second = 0;
   };
-  /// Half those over two heights, of a quad's corners: see kPairs.
-  using Pairs = std::array<float, 6>;
-  /// A vertex's corner of a quad.
+  /// A vertex's corner of a quad: what the quad's samples say of it, and of it and each of the other corners.
   struct Use {
-    std::uint32_t quad;
-    std::uint32_t corner;
+    struct Other {
+      std::uint32_t vertex;
+      float slope;  // half the derivative over both heights
+    };
+    Slopes own;
+    std::array<Other, 3> others;
   };
   class QuadSum;
 
@@ -72,11 +74,10 @@ class SurfaceFit {
   const bool sparse_;
   bool linear_ = false;  // the derivatives are known
   const ParallelFor& parallel_;
-  std::vector<std::uint32_t> first_use_;
-  std::vector<Use> uses_;
+  std::vector<std::uint32_t> first_use_;              // in uses_, of each vertex
+  std::vector<Use> uses_;                             // vertex by vertex
+  std::vector<std::array<std::uint32_t, 4>> use_of_;  // by quad and corner
   std::vector<Slopes> slopes_;                        // of vertices
-  std::vector<Pairs> pairs_;                          // of quads
-  std::vector<std::array<Slopes, 4>> corner_slopes_;  // what quads add to their corners', in linearise()
   std::vector<float> heights_, start_;
   std::vector<Vec3f> points_, places_, normals_;  // places_: at their heights, in linearise()
 };
