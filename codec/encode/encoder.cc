@@ -352,7 +352,13 @@ Result<Packet> Encoder::State::code(Prepared& frame, PacketSizes* sizes) {
   facts.time = timing.time;
   facts.duration = timing.duration;
   facts.isovalue = timing.isovalue;
-  measureSurface(surface, cells, frame.bitmap.insideCells(), facts);
+  settings.parallel(predicts ? 2 : 1, [&](std::size_t i) {
+    if (i == 0) {
+      measureSurface(surface, cells, frame.bitmap.insideCells(), facts);
+    } else {
+      reference.build(surface, cells, settings.parallel);
+    }
+  });
   if (!main) {  // vertices of main slide: where the extractor had them says nothing of the distance
     facts.error_kind = ErrorKind::kExtracted;
     facts.error_rms = static_cast<float>(std::sqrt(errors.mean));
@@ -367,7 +373,6 @@ Result<Packet> Encoder::State::code(Prepared& frame, PacketSizes* sizes) {
     sizes->other = packet.data.size() - coded->payload.size();
   }
   if (predicts) {
-    reference.build(surface, cells, settings.parallel);
     models = std::move(coded->models);
     last = timing.number;
   }
