@@ -72,6 +72,7 @@ Status EncodeRun::encode(Gop& gop, std::uint32_t step) {
   const auto code = [&](std::uint64_t frame, Ahead& from) -> Status {
     CodedFrame coded;
     Result<Packet> packet = encoder.encode(from.frame, &coded.sizes);
+    from.volume = nullptr;
     if (!packet) return packet.status().at(job_.volumes->name(indexOf(frame)));
     coded.packet = *std::move(packet);
     coded.packet.header.number = numberOf(frame);
@@ -80,7 +81,7 @@ Status EncodeRun::encode(Gop& gop, std::uint32_t step) {
   };
   const bool side_by_side = threadCount(job_.jobs) > 1;
   for (std::uint64_t frame = gop.begin; frame < gop.end; ++frame) {
-    Ahead &now = ahead[frame % 2], &next = ahead[(frame + 1) % 2];
+    Ahead &now = ahead[side_by_side ? frame % 2 : 0], &next = ahead[(frame + 1) % 2];
     if (!side_by_side || frame == gop.begin) now.status = prepare(frame, now);
     ISOREEL_TRY(now.status);
     if (side_by_side && frame + 1 < gop.end) {
