@@ -130,9 +130,9 @@ class Encoder {
   Result<Packet> encode(const Volume& volume, const FrameTiming& timing, PacketSizes* sizes = nullptr);
 
   /// The same in two steps, so that a frame can be prepared while those before it are coded: prepare() may be
-  /// called from any thread, for several frames at once and during encode(), which it shares nothing with.
-  /// Frames are encoded in their order, each by the encoder that prepared it, and `volume` has to be there
-  /// until then.
+  /// called from any thread, for several frames at once and during encode(), which it shares nothing with but
+  /// the settings' `parallel`. Frames are encoded in their order, each by the encoder that prepared it, and
+  /// `volume` has to be there until then.
   Status prepare(const Volume& volume, const FrameTiming& timing, PreparedFrame& frame) const;
   /// `frame` has been prepared without an error; afterwards it may be used for another.
   Result<Packet> encode(PreparedFrame& frame, PacketSizes* sizes = nullptr);
