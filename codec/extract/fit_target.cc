@@ -8,7 +8,7 @@ namespace {
 
 constexpr float kFarthest = 1.25f;  // that is looked along a normal, in cells
 constexpr float kProbe = 0.125f;
-constexpr float kNear = 0.002f;      // of the change over a probe: no need to come nearer
+constexpr float kNear = 0.002f;     // of the change over a probe: no need to come nearer
 constexpr float kTouching = 1e-4f;  // cells: nearer than this has no direction
 
 Vec3f operator-(const Vec3f& a, const Vec3f& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
