@@ -241,7 +241,7 @@ EncoderSettings settingsOf(const EncodeOptions& options, const EncodeJob& job) {
   settings.heights.fit = options.fit;
   settings.placement = options.placement;
   settings.non_finite = options.volumes.non_finite;
-  settings.parallel = parallelFor;
+  settings.parallel = parallelWithin;
   return settings;
 }
 

@@ -6,6 +6,7 @@
 #include <isoreel/inspect/distance.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "parallel.h"
@@ -41,25 +42,61 @@ Result<std::shared_ptr<const Volume>> EncodeRun::volumeAt(std::size_t index) {
   return shared;
 }
 
-/// All frames of the GOP, as far as they go.
+/// All frames of the GOP, as far as they go. Where there is a thread for it, each is read and prepared while
+/// the one before it is coded.
 Status EncodeRun::encode(Gop& gop, std::uint32_t step) {
   gop.frames.clear();
   EncoderSettings settings = job_.settings;
   settings.configuration.step = step;
   ISOREEL_ASSIGN(Encoder encoder, Encoder::create(settings));
-  for (std::uint64_t frame = gop.begin; frame < gop.end; ++frame) {
+  struct Ahead {
+    PreparedFrame frame;
+    std::shared_ptr<const Volume> volume;
+    Status status;
+  };
+  std::array<Ahead, 2> ahead;
+  const auto indexOf = [&](std::uint64_t frame) {
+    return job_.volumes->size() == 1 ? 0 : static_cast<std::size_t>(frame);
+  };
+  const auto numberOf = [&](std::uint64_t frame) {
+    return job_.tracks[gop.track].number + frame - job_.range.begin;
+  };
+  const auto prepare = [&](std::uint64_t frame, Ahead& to) -> Status {
     if (interrupted) return {ErrorCode::kIo, "interrupted"};
-    const std::size_t index = job_.volumes->size() == 1 ? 0 : static_cast<std::size_t>(frame);
-    ISOREEL_ASSIGN(const std::shared_ptr<const Volume> volume, volumeAt(index));
-    const std::uint64_t number = job_.tracks[gop.track].number + frame - job_.range.begin;
-    const FrameTiming timing{job_.shard ? frame : number, job_.times.times[frame],
+    to.volume = nullptr;
+    ISOREEL_ASSIGN(to.volume, volumeAt(indexOf(frame)));
+    const FrameTiming timing{job_.shard ? frame : numberOf(frame), job_.times.times[frame],
                              job_.times.durations[frame], job_.isovalues[gop.track][frame]};
+    return encoder.prepare(*to.volume, timing, to.frame).at(job_.volumes->name(indexOf(frame)));
+  };
+  const auto code = [&](std::uint64_t frame, Ahead& from) -> Status {
     CodedFrame coded;
-    Result<Packet> packet = encoder.encode(*volume, timing, &coded.sizes);
-    if (!packet) return packet.status().at(job_.volumes->name(index));
+    Result<Packet> packet = encoder.encode(from.frame, &coded.sizes);
+    from.volume = nullptr;
+    if (!packet) return packet.status().at(job_.volumes->name(indexOf(frame)));
     coded.packet = *std::move(packet);
-    coded.packet.header.number = number;
+    coded.packet.header.number = numberOf(frame);
     gop.frames.push_back(std::move(coded));
+    return {};
+  };
+  const bool side_by_side = threadCount(job_.jobs) > 1;
+  for (std::uint64_t frame = gop.begin; frame < gop.end; ++frame) {
+    Ahead &now = ahead[side_by_side ? frame % 2 : 0], &next = ahead[(frame + 1) % 2];
+    if (!side_by_side || frame == gop.begin) now.status = prepare(frame, now);
+    ISOREEL_TRY(now.status);
+    if (side_by_side && frame + 1 < gop.end) {
+      Status coded;
+      parallelWithin(2, [&](std::size_t i) {
+        if (i == 0) {
+          coded = code(frame, now);
+        } else {
+          next.status = prepare(frame + 1, next);
+        }
+      });
+      ISOREEL_TRY(coded);
+    } else {
+      ISOREEL_TRY(code(frame, now));
+    }
   }
   return {};
 }

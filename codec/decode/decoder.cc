@@ -116,7 +116,7 @@ std::uint64_t fullBytes(const PacketHeader& header, std::size_t bricks, const Co
   std::uint64_t sum = cells * (2 * sizeof(Cell) + sizeof(GridPosition)) + header.faces * sizeof(Quad) +
                       CellIndex::bytesFor(bricks);
   if (configuration.profile == Profile::kMain) {
-    sum += HeightFrame::bytesFor(cells, bricks);
+    sum += HeightFrame::bytesFor(cells, bricks, sliceCount(header.vertices, configuration.slices));
   } else if (header.type == PacketType::kPredicted) {
     sum += CodedNeighbours::bytesFor(cells);
   }

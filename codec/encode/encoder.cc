@@ -61,7 +61,30 @@ double bytesToReach(const Errors& other, const Errors& errors, std::size_t verti
 
 }  // namespace
 
+/// Its parts know each other: it stays where it is.
+struct PreparedFrame::State {
+  FrameTiming timing;
+  SignBitmap bitmap;
+  std::vector<Cell> active;  // cells
+  std::vector<Cell> cells;   // the vertices': these, or their sheets
+  // The extractor's, or none, where heights are chosen without knowing them.
+  std::vector<std::array<std::int32_t, 3>> vertices;
+  CellIndex index;
+  std::optional<FrameInput> input;
+  // Profile main.
+  HeightFrame heights;
+  std::optional<VolumeField> field;  // none: the volume is not known
+  std::optional<HeightCoder> coder;
+};
+
+PreparedFrame::PreparedFrame() : state_(std::make_unique<State>()) {}
+PreparedFrame::PreparedFrame(PreparedFrame&&) noexcept = default;
+PreparedFrame& PreparedFrame::operator=(PreparedFrame&&) noexcept = default;
+PreparedFrame::~PreparedFrame() = default;
+
 struct Encoder::State {
+  using Prepared = PreparedFrame::State;
+
   EncoderSettings settings;
   Bytes record;
   // The GOP so far.
@@ -70,22 +93,24 @@ struct Encoder::State {
   Reference reference;
   PacketModels models;
   double intra_rate = 0;  // bytes a vertex of the frame that was coded by itself last
-  HeightFrame heights;
+  PreparedFrame only;     // of callers that have none of their own
 
-  /// What `code` gives, or that there is no memory for it; then the next frame starts a GOP.
+  /// What `code` gives, or that there is no memory for it.
   template <class Code>
-  Result<Packet> guarded(const FrameTiming& timing, Code code) {
+  static auto guarded(const FrameTiming& timing, const Code& code) -> decltype(code()) {
     try {
       return code();
     } catch (const std::bad_alloc&) {
-      last.reset();
-      return {ErrorCode::kLimit,
-              "frame " + std::to_string(timing.number) + ": takes more memory to encode than there is"};
+      return Status(ErrorCode::kLimit,
+                    "frame " + std::to_string(timing.number) + ": takes more memory to encode than there is");
     }
   }
-  Result<Packet> encode(const Volume& volume, const FrameTiming& timing, PacketSizes* sizes);
-  Result<Packet> encodeAgain(const Surface& surface, std::span<const Cell> cells, bool filled,
-                             const FrameTiming& timing, PacketSizes* sizes);
+  bool main() const { return settings.configuration.profile == Profile::kMain; }
+  Status prepare(const Volume& volume, Prepared& frame) const;
+  Status prepareAgain(const Surface& surface, std::span<const Cell> cells, bool filled,
+                      Prepared& frame) const;
+  /// What follows from its cells and vertices. `volume`: what they are from; null when that is not known.
+  void finish(const Volume* volume, Prepared& frame) const;
   /// The vertices' cells: the active ones, or their sheets.
   std::vector<Cell> verticesOf(std::span<const Cell> active) const {
     std::vector<Cell> cells(active.begin(), active.end());
@@ -94,16 +119,7 @@ struct Encoder::State {
     index.build(active);
     return splitSheets(std::move(cells), index);
   }
-  /// Whether heights are chosen without knowing where the extractor would put vertices.
-  bool placesItself() const {
-    return settings.configuration.profile == Profile::kMain && settings.heights.fit == Fit::kVolume &&
-           !settings.heights.refine;
-  }
-  /// `cells`: as above; `vertices` in them, none when placesItself(). `volume`: what they are from; null when
-  /// that is not known.
-  Result<Packet> code(const Volume* volume, const SignBitmap& bitmap, std::span<const Cell> active,
-                      std::span<const Cell> cells, std::span<const std::array<std::int32_t, 3>> vertices,
-                      const FrameTiming& timing, PacketSizes* sizes);
+  Result<Packet> code(Prepared& frame, PacketSizes* sizes);
 };
 
 void usePreset(Preset preset, EncoderSettings& settings) {
@@ -126,6 +142,7 @@ Result<Encoder> Encoder::create(EncoderSettings settings) {
     return {ErrorCode::kInvalidArgument, "motion blocks have 4, 8, 16 or 32 cells a side (spec codec 8.1)"};
   const bool predicts = settings.frame_types == FrameTypes::kAuto && settings.gop > 1;
   const bool main = settings.configuration.profile == Profile::kMain;
+  if (!main) settings.configuration.slices = {};
   settings.configuration.tools = (predicts ? kToolPrediction : 0) |
                                  (main && settings.heights.neighbours ? kToolNeighbours : 0) |
                                  (main && settings.heights.mixed_signs ? kToolMixedSigns : 0) |
@@ -140,16 +157,40 @@ Result<Encoder> Encoder::create(EncoderSettings settings) {
 
 const Bytes& Encoder::configurationRecord() const { return state_->record; }
 
+Status Encoder::prepare(const Volume& volume, const FrameTiming& timing, PreparedFrame& frame) const {
+  frame.state_->timing = timing;
+  return State::guarded(timing, [&] { return state_->prepare(volume, *frame.state_); });
+}
+
+Result<Packet> Encoder::encode(PreparedFrame& frame, PacketSizes* sizes) {
+  const FrameTiming timing = frame.state_->timing;
+  Result<Packet> packet = State::guarded(timing, [&] { return state_->code(*frame.state_, sizes); });
+  if (!packet.ok()) state_->last.reset();
+  frame.state_->coder.reset();  // large, and of no use to the next frame
+  return packet;
+}
+
 Result<Packet> Encoder::encode(const Volume& volume, const FrameTiming& timing, PacketSizes* sizes) {
-  return state_->guarded(timing, [&] { return state_->encode(volume, timing, sizes); });
+  if (Status status = prepare(volume, timing, state_->only); !status.ok()) {
+    if (status.error().code == ErrorCode::kLimit) state_->last.reset();
+    return status;
+  }
+  return encode(state_->only, sizes);
 }
 
 Result<Packet> Encoder::encodeAgain(const Surface& surface, std::span<const Cell> cells, bool filled,
                                     const FrameTiming& timing, PacketSizes* sizes) {
-  return state_->guarded(timing, [&] { return state_->encodeAgain(surface, cells, filled, timing, sizes); });
+  State::Prepared& frame = *state_->only.state_;
+  frame.timing = timing;
+  ISOREEL_TRY(State::guarded(timing, [&] { return state_->prepareAgain(surface, cells, filled, frame); }));
+  ISOREEL_ASSIGN(Packet packet, encode(state_->only, sizes));
+  packet.header.error_kind = ErrorKind::kNone;  // what the surface was made from is not known here
+  packet.header.error_rms = packet.header.error_max = 0;
+  return packet;
 }
 
-Result<Packet> Encoder::State::encode(const Volume& volume, const FrameTiming& timing, PacketSizes* sizes) {
+Status Encoder::State::prepare(const Volume& volume, Prepared& frame) const {
+  const FrameTiming& timing = frame.timing;
   const Grid& grid = settings.configuration.grid;
   if (volume.grid.nodes != grid.nodes) {
     return {ErrorCode::kInvalidArgument,
@@ -161,26 +202,30 @@ Result<Packet> Encoder::State::encode(const Volume& volume, const FrameTiming& t
   }
   if (!std::isfinite(timing.isovalue)) return {ErrorCode::kInvalidArgument, "the isovalue is not finite"};
 
-  ISOREEL_ASSIGN(const SignBitmap bitmap,
-                 SignBitmap::make(volume, timing.isovalue, settings.configuration.inside, settings.non_finite,
-                                  settings.parallel));
-  const std::vector<Cell> active = bitmap.activeCells(settings.parallel), cells = verticesOf(active);
-  if (cells.size() > 0xFFFFFFFFu / 4)
+  ISOREEL_ASSIGN(frame.bitmap, SignBitmap::make(volume, timing.isovalue, settings.configuration.inside,
+                                                settings.non_finite, settings.parallel));
+  frame.active = frame.bitmap.activeCells(settings.parallel);
+  frame.cells = verticesOf(frame.active);
+  if (frame.cells.size() > 0xFFFFFFFFu / 4)
     return {ErrorCode::kLimit, "the surface has more than 2^30 vertices (spec codec 3.1)"};
-  std::vector<std::array<std::int32_t, 3>> vertices;
-  if (!placesItself())
-    vertices = placeVertices(volume, timing.isovalue, cells, settings.placement, settings.parallel);
-  return code(&volume, bitmap, active, cells, vertices, timing, sizes);
+  frame.vertices.clear();
+  if (!main() || settings.heights.fit == Fit::kExtracted)
+    frame.vertices =
+        placeVertices(volume, timing.isovalue, frame.cells, settings.placement, settings.parallel);
+  finish(&volume, frame);
+  return {};
 }
 
-Result<Packet> Encoder::State::encodeAgain(const Surface& surface, std::span<const Cell> cells, bool filled,
-                                           const FrameTiming& timing, PacketSizes* sizes) {
+Status Encoder::State::prepareAgain(const Surface& surface, std::span<const Cell> cells, bool filled,
+                                    Prepared& frame) const {
+  const FrameTiming& timing = frame.timing;
   const Grid& grid = settings.configuration.grid;
   if (surface.grid.nodes != grid.nodes || cells.size() != surface.vertices.size()) {
     return {ErrorCode::kInvalidArgument, "frame " + std::to_string(timing.number) +
                                              ": its grid or its cells are not those of the surface"};
   }
-  std::vector<std::array<std::int32_t, 3>> vertices(cells.size());
+  std::vector<std::array<std::int32_t, 3>>& vertices = frame.vertices;
+  vertices.resize(cells.size());
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const std::array<std::int32_t, 3> corner{cells[i].x, cells[i].y, cells[i].z};
     for (std::size_t k = 0; k < 3; ++k) {
@@ -192,63 +237,59 @@ Result<Packet> Encoder::State::encodeAgain(const Surface& surface, std::span<con
       }
     }
   }
-  const std::vector<Cell> active = uniteSheets(cells);
-  const std::vector<Cell> ours = verticesOf(active);
-  if (!std::equal(ours.begin(), ours.end(), cells.begin(), cells.end(),
+  frame.active = uniteSheets(cells);
+  frame.cells = verticesOf(frame.active);
+  if (!std::equal(frame.cells.begin(), frame.cells.end(), cells.begin(), cells.end(),
                   [](const Cell& a, const Cell& b) { return sameCell(a, b) && a.corners == b.corners; })) {
     return {ErrorCode::kInvalidArgument,
             "frame " + std::to_string(timing.number) +
                 ": its vertices are not those of the cells, or of their sheets (spec codec 5.5)"};
   }
-  ISOREEL_ASSIGN(Packet packet, code(nullptr, SignBitmap::fromCells(grid.nodes, active, filled), active,
-                                     cells, vertices, timing, sizes));
-  packet.header.error_kind = ErrorKind::kNone;  // what the surface was made from is not known here
-  packet.header.error_rms = packet.header.error_max = 0;
-  return packet;
+  frame.bitmap = SignBitmap::fromCells(grid.nodes, frame.active, filled);
+  finish(nullptr, frame);
+  return {};
 }
 
-Result<Packet> Encoder::State::code(const Volume* volume, const SignBitmap& bitmap,
-                                    std::span<const Cell> active, std::span<const Cell> cells,
-                                    std::span<const std::array<std::int32_t, 3>> vertices,
-                                    const FrameTiming& timing, PacketSizes* sizes) {
-  const Grid& grid = settings.configuration.grid;
-  CellIndex index;
-  index.build(active);
-  index.repeat(cells);
+void Encoder::State::finish(const Volume* volume, Prepared& frame) const {
+  frame.index.build(frame.active);
+  frame.index.repeat(frame.cells);
+  ResidualSteps steps;
+  std::uint32_t step = settings.configuration.step;
+  if (main() && volume != nullptr && settings.heights.weigh_rate)
+    step = std::max(1u, static_cast<std::uint32_t>(std::lround(kWeighedStep * step)));
+  steps.normal = static_cast<std::int32_t>(step);
+  steps.tangential = static_cast<std::int32_t>(std::min<std::uint32_t>(kTangentialRatio * step, kCell));
+  frame.coder.reset();
+  frame.field.reset();
+  frame.input.emplace(FrameInput{settings.configuration.grid, frame.bitmap, frame.active, frame.cells,
+                                 frame.index, frame.vertices, steps, settings.configuration.slices,
+                                 settings.parallel});
+  if (!main()) return;
+  if (volume != nullptr)
+    frame.field.emplace(*volume, frame.timing.isovalue, settings.configuration.inside, frame.active);
+  frame.coder.emplace(*frame.input, frame.field ? &*frame.field : nullptr, settings.configuration.tools,
+                      settings.heights, settings.parallel, frame.heights);
+}
+
+Result<Packet> Encoder::State::code(Prepared& frame, PacketSizes* sizes) {
+  const FrameTiming& timing = frame.timing;
+  const FrameInput& input = *frame.input;
+  const std::vector<Cell>& cells = frame.cells;
+  const bool main = this->main();
   PacketHeader header;
   header.number = timing.number;
   header.time = timing.time;
   header.duration = timing.duration;
   header.isovalue = timing.isovalue;
-  header.step = settings.configuration.step;
-  const bool main = settings.configuration.profile == Profile::kMain;
-  if (main && volume != nullptr && settings.heights.weigh_rate)
-    header.step = std::max(1u, static_cast<std::uint32_t>(std::lround(kWeighedStep * header.step)));
-  header.tangential_step = std::min<std::uint32_t>(kTangentialRatio * header.step, kCell);
+  header.step = static_cast<std::uint32_t>(input.steps.normal);
+  header.tangential_step = static_cast<std::uint32_t>(input.steps.tangential);
   header.vertices = static_cast<std::uint32_t>(cells.size());
 
-  const FrameInput input{
-      grid,
-      bitmap,
-      active,
-      cells,
-      index,
-      vertices,
-      {static_cast<std::int32_t>(header.step), static_cast<std::int32_t>(header.tangential_step)},
-      main ? settings.configuration.slices : Slices{},
-      settings.parallel};
-  std::optional<VolumeField> field;
-  if (main && volume != nullptr)
-    field.emplace(*volume, timing.isovalue, settings.configuration.inside, active);
-  std::optional<HeightCoder> coder;
-  if (main)
-    coder.emplace(input, field ? &*field : nullptr, settings.configuration.tools, settings.heights,
-                  settings.parallel, heights);
   std::optional<CodedFrame> coded;
   Errors errors;
   const auto intra = [&]() -> Status {
-    ISOREEL_ASSIGN(coded, main ? coder->codeIntra() : codeIntra(input));
-    if (!main) errors = errorsOf(coded->decoded, vertices);
+    ISOREEL_ASSIGN(coded, main ? frame.coder->codeIntra() : codeIntra(input));
+    if (!main) errors = errorsOf(coded->decoded, frame.vertices);
     intra_rate = cells.empty() ? 0 : coded->bytes() / static_cast<double>(cells.size());
     return {};
   };
@@ -266,11 +307,11 @@ Result<Packet> Encoder::State::code(const Volume* volume, const SignBitmap& bitm
     for (std::uint32_t log2 = smallest; log2 <= largest; ++log2) {
       MotionSettings motion = settings.motion;
       motion.block_log2 = log2;
-      ISOREEL_ASSIGN(CodedFrame other, main ? coder->codePredicted(reference, motion, models)
+      ISOREEL_ASSIGN(CodedFrame other, main ? frame.coder->codePredicted(reference, motion, models)
                                             : codePredicted(with_reference, reference, motion, models));
       if (log2 == smallest || other.bytes() < predicted.bytes()) predicted = std::move(other);
     }
-    const Errors predicted_errors = main ? Errors{} : errorsOf(predicted.decoded, vertices);
+    const Errors predicted_errors = main ? Errors{} : errorsOf(predicted.decoded, frame.vertices);
     // In main both kinds of frame come equally close, so the I frame's bytes need not be known where there is
     // no doubt.
     bool better = main && predicted.bytes() < kNoDoubt * intra_rate * static_cast<double>(cells.size());
@@ -301,10 +342,10 @@ Result<Packet> Encoder::State::code(const Volume* volume, const SignBitmap& bitm
 
   Packet packet;
   Surface surface;
-  surface.grid = grid;
+  surface.grid = input.grid;
   toGridPositions(cells, coded->decoded);
   surface.vertices = std::move(coded->decoded);
-  surface.quads = dualQuads(cells, index);
+  surface.quads = dualQuads(cells, frame.index);
 
   FrameHeader& facts = packet.header;
   facts.number = timing.number;
@@ -314,7 +355,13 @@ Result<Packet> Encoder::State::code(const Volume* volume, const SignBitmap& bitm
   facts.time = timing.time;
   facts.duration = timing.duration;
   facts.isovalue = timing.isovalue;
-  measureSurface(surface, cells, bitmap.insideCells(), facts);
+  settings.parallel(predicts ? 2 : 1, [&](std::size_t i) {
+    if (i == 0) {
+      measureSurface(surface, cells, frame.bitmap.insideCells(), facts);
+    } else {
+      reference.build(surface, cells, settings.parallel);
+    }
+  });
   if (!main) {  // vertices of main slide: where the extractor had them says nothing of the distance
     facts.error_kind = ErrorKind::kExtracted;
     facts.error_rms = static_cast<float>(std::sqrt(errors.mean));
@@ -329,7 +376,6 @@ Result<Packet> Encoder::State::code(const Volume* volume, const SignBitmap& bitm
     sizes->other = packet.data.size() - coded->payload.size();
   }
   if (predicts) {
-    reference.build(surface, cells, settings.parallel);
     models = std::move(coded->models);
     last = timing.number;
   }

@@ -73,7 +73,7 @@ void measureSurface(const Surface& surface, std::span<const Cell> cells, double 
       for (std::uint32_t i = low; i > 0 && sameCell(cells[i - 1], cells[low]); --i) bit += 3;
       edges[high] = static_cast<std::uint16_t>(edges[high] | 1u << bit);
       used[a] = true;
-      parents[root(parents, a)] = root(parents, b);
+      if (k < 3) parents[root(parents, a)] = root(parents, b);
     }
   }
   header.components = 0;

@@ -22,7 +22,7 @@ struct FrameInput {
   std::span<const std::array<std::int32_t, 3>> vertices;  // in their cells, 1/16384 from corner 0; profile
                                                           // main may find its own when there are none
   ResidualSteps steps;
-  Slices slices = {};
+  Slices slices = {};                // profile main
   ParallelFor parallel = serialFor;  // for slices
 };
 

@@ -8,6 +8,7 @@ namespace {
 
 constexpr float kFarthest = 1.25f;  // that is looked along a normal, in cells
 constexpr float kProbe = 0.125f;
+constexpr float kNear = 0.002f;     // of the change over a probe: no need to come nearer
 constexpr float kTouching = 1e-4f;  // cells: nearer than this has no direction
 
 Vec3f operator-(const Vec3f& a, const Vec3f& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
@@ -69,9 +70,11 @@ float VolumeTarget::height(std::uint32_t, const Cell& cell, const Vec3f& point, 
       const float value = field_.at(p).value;
       if ((value < 0) != (last[side] < 0)) {
         float a = way - kProbe, b = way, fa = last[side], fb = value;
+        const float near = kNear * std::abs(fa - fb);
         for (int step = 0; step < 4; ++step) {  // false position, the kept end weighed down
           const float m = a + (b - a) * (fa / (fa - fb));
           const float fm = field_.at(along(point, normal, sign * m)).value;
+          if (std::abs(fm) < near) return sign * m;
           if ((fm < 0) == (fa < 0)) {
             a = m;
             fa = fm;

@@ -12,6 +12,7 @@ constexpr std::size_t kPerTask = 4096;
 constexpr float kReach =
     0.2f;  // how far from the surface a vertex may be wanted: the distance is linear near it only
 constexpr float kDoubtful = 0.6f;  // a sample that is farther from the surface says nothing
+using Four = float __attribute__((vector_size(16)));
 
 }  // namespace
 
@@ -20,11 +21,13 @@ SurfaceFit::SurfaceFit(const FitTarget& target, std::span<const Cell> cells, con
                        const ParallelFor& parallel)
     : target_(target),
       cells_(cells),
-      frame_(frame),
       quads_(quads),
-      grid_(grid),
+      squared_spacing_{static_cast<float>(grid.spacing[0] * grid.spacing[0]),
+                       static_cast<float>(grid.spacing[1] * grid.spacing[1]),
+                       static_cast<float>(grid.spacing[2] * grid.spacing[2])},
       sparse_(sparse),
       parallel_(parallel),
+      slopes_(cells.size()),
       heights_(cells.size()),
       start_(cells.size()),
       points_(cells.size()),
@@ -38,47 +41,20 @@ SurfaceFit::SurfaceFit(const FitTarget& target, std::span<const Cell> cells, con
       normals_[i][k] = static_cast<float>(frame.predicted.normals[i].v[k]) / kCell;
     }
   }
-  makeSamples(quads);
+  findUses();
 }
 
-void SurfaceFit::makeSamples(std::span<const Quad> quads) {
-  const auto count = static_cast<std::uint32_t>(cells_.size());
-  samples_.reserve(3 * cells_.size() + 3 * quads.size());
-  for (std::uint32_t i = 0; i < count; ++i) {
-    Sample vertex;
-    vertex.vertices.fill(i);
-    vertex.parts = {1, 0, 0, 0};
-    samples_.push_back(vertex);
-    if (sparse_) continue;
-    for (const std::size_t face : {1u, 3u, 5u}) {
-      const std::uint32_t j = frame_.around.across[i][face];
-      if (j == i) continue;
-      Sample edge;
-      edge.vertices = {i, j, i, i};
-      edge.parts = {0.5f, 0.5f, 0, 0};
-      samples_.push_back(edge);
-    }
-  }
-  first_of_quads_ = samples_.size();
-  for (const Quad& quad : quads) {
-    Sample part;
-    part.vertices = quad;
-    samples_.insert(samples_.end(), 3, part);
-  }
-  // Who is in which sample.
-  const auto vertices = [&](const Sample& s, std::size_t number) -> std::size_t {
-    return number >= first_of_quads_ ? 4 : s.parts[1] > 0 ? 2 : 1;
-  };
+void SurfaceFit::findUses() {
   first_use_.assign(cells_.size() + 1, 0);
-  for (std::size_t s = 0; s < samples_.size(); ++s) {
-    for (std::size_t v = 0; v < vertices(samples_[s], s); ++v) ++first_use_[samples_[s].vertices[v] + 1];
+  for (const Quad& quad : quads_) {
+    for (const std::uint32_t i : quad) ++first_use_[i + 1];
   }
   for (std::size_t i = 0; i < cells_.size(); ++i) first_use_[i + 1] += first_use_[i];
   uses_.resize(first_use_.back());
+  use_of_.resize(quads_.size());
   std::vector<std::uint32_t> next(first_use_.begin(), first_use_.end() - 1);
-  for (std::size_t s = 0; s < samples_.size(); ++s) {
-    for (std::size_t v = 0; v < vertices(samples_[s], s); ++v)
-      uses_[next[samples_[s].vertices[v]]++] = {static_cast<std::uint32_t>(s), static_cast<std::uint32_t>(v)};
+  for (std::uint32_t q = 0; q < quads_.size(); ++q) {
+    for (std::uint32_t corner = 0; corner < 4; ++corner) use_of_[q][corner] = next[quads_[q][corner]]++;
   }
 }
 
@@ -101,82 +77,137 @@ std::array<std::int32_t, 3> SurfaceFit::vertex(std::uint32_t i) const {
   return result;
 }
 
-// The triangles of a quad: split along its shorter diagonal, as Surface::triangles() does.
-void SurfaceFit::splitQuads(std::span<const Quad> quads) {
-  forRuns(parallel_, quads.size(), kPerTask, [&](std::size_t first, std::size_t end) {
-    for (std::size_t q = first; q < end; ++q) {
-      std::array<float, 2> square{};
-      for (std::size_t d = 0; d < 2; ++d) {
-        const Vec3f &a = places_[quads[q][d]], &b = places_[quads[q][d + 2]];
-        for (std::size_t k = 0; k < 3; ++k)
-          square[d] +=
-              static_cast<float>(grid_.spacing[k] * grid_.spacing[k]) * (a[k] - b[k]) * (a[k] - b[k]);
-      }
-      constexpr float kThird = 1.0f / 3;
-      Sample* const parts = &samples_[first_of_quads_ + 3 * q];
-      if (square[0] <= square[1]) {
-        parts[0].parts = {0.5f, 0, 0.5f, 0};
-        parts[1].parts = {kThird, kThird, kThird, 0};
-        parts[2].parts = {kThird, 0, kThird, kThird};
-      } else {
-        parts[0].parts = {0, 0.5f, 0, 0.5f};
-        parts[1].parts = {kThird, kThird, 0, kThird};
-        parts[2].parts = {0, kThird, kThird, kThird};
-      }
+// Adds up what the samples of one quad say.
+class SurfaceFit::QuadSum {
+ public:
+  QuadSum(const SurfaceFit& fit, const Quad& quad) : fit_(fit) {
+    const auto along = [&](const std::vector<Vec3f>& of, std::size_t k) {
+      return Four{of[quad[0]][k], of[quad[1]][k], of[quad[2]][k], of[quad[3]][k]};
+    };
+    for (std::size_t k = 0; k < 3; ++k) {
+      places_[k] = along(fit.places_, k);
+      normals_[k] = along(fit.normals_, k);
     }
-  });
+  }
+
+  /// A sample at the mean of the corners so weighed. `near`: those that it is the mean of.
+  void add(const Four& parts, const std::array<std::uint32_t, 4>& near) {
+    Vec3f at;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Four along = parts * places_[k];
+      at[k] = (along[0] + along[1]) + (along[2] + along[3]);
+    }
+    const FitTarget::Near found = fit_.target_.near(at, near);
+    if (!(std::abs(found.distance) < kDoubtful)) return;
+    const Four slopes = parts * (found.normal[0] * normals_[0] + found.normal[1] * normals_[1] +
+                                 found.normal[2] * normals_[2]);
+    first += slopes * found.distance;
+    second += slopes * slopes;
+    next += slopes * __builtin_shufflevector(slopes, slopes, 1, 2, 3, 0);
+    across += slopes * __builtin_shufflevector(slopes, slopes, 2, 3, 0, 1);
+  }
+
+  // Of each corner.
+  Four first{}, second{};
+  // Of each corner and the next one, and the one across.
+  Four next{}, across{};
+
+ private:
+  const SurfaceFit& fit_;
+  std::array<Four, 3> places_, normals_;
+};
+
+// A quad's triangles: whether it is split from corner 0 to 2, along the shorter diagonal, as
+// Surface::triangles() does.
+bool SurfaceFit::splitAlongFirst(const Quad& quad) const {
+  std::array<float, 2> square{};
+  for (std::size_t d = 0; d < 2; ++d) {
+    const Vec3f &a = places_[quad[d]], &b = places_[quad[d + 2]];
+    for (std::size_t k = 0; k < 3; ++k) square[d] += squared_spacing_[k] * (a[k] - b[k]) * (a[k] - b[k]);
+  }
+  return square[0] <= square[1];
 }
 
 void SurfaceFit::linearise() {
-  for (std::uint32_t i = 0; i < places_.size(); ++i) places_[i] = place(i);
-  splitQuads(quads_);
-  forRuns(parallel_, samples_.size(), kPerTask, [&](std::size_t first, std::size_t end) {
-    for (std::size_t s = first; s < end; ++s) {
-      Sample& sample = samples_[s];
-      Vec3f at{};
+  if (!linear_) lookAgain();
+}
+
+void SurfaceFit::setAll(const std::vector<float>& heights) {
+  for (std::uint32_t i = 0; i < heights.size(); ++i) set(i, heights[i]);
+}
+
+void SurfaceFit::lookAgain() {
+  linear_ = true;
+  forRuns(parallel_, cells_.size(), kPerTask, [&](std::size_t first, std::size_t end) {
+    for (std::size_t n = first; n < end; ++n) {
+      const auto i = static_cast<std::uint32_t>(n);
+      places_[i] = place(i);
+      const FitTarget::Near near = target_.near(places_[i], {i, i, i, i});
+      slopes_[i] = {};
+      if (!(std::abs(near.distance) < kDoubtful)) continue;
+      const float slope = dot(near.normal, normals_[i]);
+      slopes_[i] = {slope * near.distance, slope * slope};
+    }
+  });
+  forRuns(parallel_, quads_.size(), kPerTask, [&](std::size_t first, std::size_t end) {
+    constexpr float kThird = 1.0f / 3;
+    for (std::size_t q = first; q < end; ++q) {
+      const Quad& quad = quads_[q];
+      QuadSum sum(*this, quad);
+      if (splitAlongFirst(quad)) {
+        sum.add(Four{0.5f, 0, 0.5f, 0}, quad);
+        sum.add(Four{kThird, kThird, kThird, 0}, quad);
+        sum.add(Four{kThird, 0, kThird, kThird}, quad);
+      } else {
+        sum.add(Four{0, 0.5f, 0, 0.5f}, quad);
+        sum.add(Four{kThird, kThird, 0, kThird}, quad);
+        sum.add(Four{0, kThird, kThird, kThird}, quad);
+      }
+      for (std::size_t a = 0; a < 4 && !sparse_; ++a) {
+        const std::size_t b = (a + 1) % 4;
+        if (quad[a] > quad[b]) continue;  // the quad on the other side has it
+        Four parts{};
+        parts[a] = parts[b] = 0.5f;
+        sum.add(parts, {quad[a], quad[b], quad[a], quad[a]});
+      }
       for (std::size_t v = 0; v < 4; ++v) {
-        const Vec3f& vertex = places_[sample.vertices[v]];
-        for (std::size_t k = 0; k < 3; ++k) at[k] += sample.parts[v] * vertex[k];
+        const std::size_t after = (v + 1) % 4, across = (v + 2) % 4, before = (v + 3) % 4;
+        uses_[use_of_[q][v]] = {
+            {sum.first[v], sum.second[v]},
+            {{{quad[after], sum.next[v]}, {quad[across], sum.across[v]}, {quad[before], sum.next[before]}}}};
       }
-      const FitTarget::Near near = target_.near(at, sample.vertices);
-      sample.distance = near.distance;
-      sample.slopes.fill(0);
-      if (!(std::abs(sample.distance) < kDoubtful)) {
-        sample.distance = 0;
-        continue;
+    }
+  });
+  forRuns(parallel_, cells_.size(), kPerTask, [&](std::size_t first, std::size_t end) {
+    for (std::size_t i = first; i < end; ++i) {
+      for (std::uint32_t u = first_use_[i]; u < first_use_[i + 1]; ++u) {
+        slopes_[i].first += uses_[u].own.first;
+        slopes_[i].second += uses_[u].own.second;
       }
-      for (std::size_t v = 0; v < 4; ++v)
-        sample.slopes[v] = sample.parts[v] * dot(near.normal, normals_[sample.vertices[v]]);
     }
   });
 }
 
 SurfaceFit::Bowl SurfaceFit::bowl(std::uint32_t i) const {
-  float curvature = 0, slope = 0;
-  for (std::uint32_t u = first_use_[i]; u < first_use_[i + 1]; ++u) {
-    const Sample& sample = samples_[uses_[u].sample];
-    const float c = sample.slopes[uses_[u].vertex];
-    curvature += c * c;
-    slope += c * sample.distance;
-  }
-  if (curvature < 0.01f) return {start_[i], 0.01f};
-  const float best = heights_[i] - slope / curvature;
-  return {std::clamp(best, start_[i] - kReach, start_[i] + kReach), curvature};
+  const Slopes& slopes = slopes_[i];
+  if (slopes.second < 0.01f) return {start_[i], 0.01f};
+  const float best = heights_[i] - slopes.first / slopes.second;
+  return {std::clamp(best, start_[i] - kReach, start_[i] + kReach), slopes.second};
 }
 
 void SurfaceFit::set(std::uint32_t i, float height) {
   const float change = height - heights_[i];
   if (change == 0) return;
   heights_[i] = height;
+  slopes_[i].first += change * slopes_[i].second;
   for (std::uint32_t u = first_use_[i]; u < first_use_[i + 1]; ++u) {
-    Sample& sample = samples_[uses_[u].sample];
-    sample.distance += change * sample.slopes[uses_[u].vertex];
+    for (const Use::Other& other : uses_[u].others) slopes_[other.vertex].first += change * other.slope;
   }
 }
 
 void SurfaceFit::optimise(int rounds, int sweeps) {
   for (int round = 0; round < rounds; ++round) {
-    linearise();
+    lookAgain();
     for (int sweep = 0; sweep < sweeps; ++sweep) {
       for (std::uint32_t i = 0; i < heights_.size(); ++i) set(i, bowl(i).best);
     }

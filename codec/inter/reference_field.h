@@ -96,19 +96,13 @@ class ReferenceField {
 
     /// The distances at the eight corners of the cell that holds a place, 1/16384 of a cell; anywhere.
     CornerValues around(const std::array<std::int32_t, 3>& place) {
-      constexpr int kBrickBits = kPositionBits + kSideLog2;
-      const std::array<std::int32_t, 3> brick{place[0] >> kBrickBits, place[1] >> kBrickBits,
-                                              place[2] >> kBrickBits};
-      // A block of motion, wherever it is moved to, is in no two bricks with the same lowest bits.
-      Found& found =
-          found_[static_cast<std::size_t>((brick[0] & 1) | (brick[1] & 1) << 1 | (brick[2] & 1) << 2)];
-      if (((brick[0] ^ found.brick[0]) | (brick[1] ^ found.brick[1]) | (brick[2] ^ found.brick[2])) != 0)
-        found = look(brick);
-      if (found.nodes == nullptr) return CornerValues::unknown();
-      constexpr std::int32_t kInBrick = kSide - 1;
-      return CornerValues::load<kRow, kPlane>(found.nodes + (place[2] >> kPositionBits & kInBrick) * kPlane +
-                                              (place[1] >> kPositionBits & kInBrick) * kRow +
-                                              (place[0] >> kPositionBits & kInBrick));
+      const std::int16_t* const corner = nodeOf(place);
+      return corner == nullptr ? CornerValues::unknown() : CornerValues::load<kRow, kPlane>(corner);
+    }
+    /// That at the lowest of these corners.
+    std::int16_t lowest(const std::array<std::int32_t, 3>& place) {
+      const std::int16_t* const corner = nodeOf(place);
+      return corner == nullptr ? CornerValues::kUnknown : *corner;
     }
 
    private:
@@ -117,6 +111,22 @@ class ReferenceField {
       const std::int16_t* nodes = nullptr;
     };
     Found look(const std::array<std::int32_t, 3>& brick) const;
+
+    /// The lowest corner of the cell that holds a place, in the brick that has all eight; or null.
+    const std::int16_t* nodeOf(const std::array<std::int32_t, 3>& place) {
+      constexpr int kBrickBits = kPositionBits + kSideLog2;
+      const std::array<std::int32_t, 3> brick{place[0] >> kBrickBits, place[1] >> kBrickBits,
+                                              place[2] >> kBrickBits};
+      // A block of motion, wherever it is moved to, is in no two bricks with the same lowest bits.
+      Found& found =
+          found_[static_cast<std::size_t>((brick[0] & 1) | (brick[1] & 1) << 1 | (brick[2] & 1) << 2)];
+      if (((brick[0] ^ found.brick[0]) | (brick[1] ^ found.brick[1]) | (brick[2] ^ found.brick[2])) != 0)
+        found = look(brick);
+      if (found.nodes == nullptr) return nullptr;
+      constexpr std::int32_t kInBrick = kSide - 1;
+      return found.nodes + (place[2] >> kPositionBits & kInBrick) * kPlane +
+             (place[1] >> kPositionBits & kInBrick) * kRow + (place[0] >> kPositionBits & kInBrick);
+    }
 
     const ReferenceField& field_;
     std::array<Found, 8> found_;

@@ -40,8 +40,8 @@ struct HeightFrame {
   std::uint64_t bytes() const {
     return around.bytes() + predicted.bytes() + bytesOf(moved) + bytesOf(heights) + bytesOf(parts);
   }
-  static std::uint64_t bytesFor(std::size_t cells, std::size_t bricks) {
-    return Surroundings::bytesFor(cells, bricks) + SignPrediction::bytesFor(cells) +
+  static std::uint64_t bytesFor(std::size_t cells, std::size_t bricks, std::size_t slices) {
+    return Surroundings::bytesFor(cells, bricks, slices) + SignPrediction::bytesFor(cells) +
            cells * (sizeof(MovedHeight) + sizeof(std::int16_t)) + roomFor(cells + 1) * sizeof(std::uint64_t);
   }
 };

@@ -67,10 +67,10 @@ struct Surroundings {
   std::uint64_t bytes() const;
   /// The most that build() takes. Of two colours' links that double as they grow, the old and the new ones
   /// are there at once, 14 a cell at most, and room for 65536 bytes more in each run.
-  static std::uint64_t bytesFor(std::size_t cells, std::size_t bricks) {
+  static std::uint64_t bytesFor(std::size_t cells, std::size_t bricks, std::size_t slices) {
     constexpr std::size_t kPerCell = sizeof(std::array<std::uint32_t, 6>) + 1 + sizeof(std::uint64_t);
     constexpr std::size_t kLists = 2 * (sizeof(std::uint32_t) + 1) + 3 * 14 * sizeof(std::uint32_t);
-    return cells * (kPerCell + kLists) + (runCount(cells, kRun) + Slices::kMost) * 65536 +
+    return cells * (kPerCell + kLists) + (runCount(cells, kRun) + slices - 1) * 65536 +
            roomFor(bricks + 1) * sizeof(OwnNodes);
   }
 

@@ -3,9 +3,8 @@
 
 #include <Eigen/Cholesky>
 #include <cmath>
-#include <optional>
+#include <utility>
 
-#include "motion/distance_field.h"
 #include "motion/signed_distance.h"
 
 namespace isoreel {
@@ -28,28 +27,37 @@ constexpr float kSearch = 0.08f;
 class BlockSearch {
  public:
   BlockSearch(const Reference& reference, const MotionSettings& settings, float unit)
-      : reference_(reference), distance_(reference.field()), settings_(settings), unit_(unit) {}
+      : distance_(reference.field()), settings_(settings), unit_(unit) {}
 
   void start(std::span<const std::array<float, 3>> points) {
     points_.clear();
-    for (const auto& p : points) points_.emplace_back(p[0], p[1], p[2]);
+    nodes_.clear();
+    for (const auto& p : points) {
+      points_.emplace_back(p[0], p[1], p[2]);
+      nodes_.push_back(inLattice(points_.back(), kCell / 2));  // the nearest is the lowest from here
+    }
   }
+
+  /// A vector, and the sum of squared distances that it leaves.
+  struct Found {
+    Vector3f vector;
+    float cost;
+  };
 
   /// Coarse search over whole cells around the neighbours' vector: a stride of two over the range with few
   /// points, then steps of one and a half around the best with all of them (after Chalidabhongse and Kuo
   /// 1997).
-  Vector3f coarse(const Vector3f& expected) {
-    if (!field_) field_.emplace(reference_);
+  Found coarse(const Vector3f& expected) {
     const std::size_t stride = std::max<std::size_t>(1, points_.size() / 16);
     Vector3f best = expected;
-    float least = voxelCost(best, stride, DistanceField::kFar + 1);
+    float least = nodeCost(best, stride, kFar + 1);
     const int range = static_cast<int>(settings_.range);
     for (int z = -range; z <= range; z += 2) {
       for (int y = -range; y <= range; y += 2) {
         for (int x = -range; x <= range; x += 2) tryVector(expected + step(x, y, z), stride, best, least);
       }
     }
-    least = voxelCost(best, 1, DistanceField::kFar + 1);
+    least = nodeCost(best, 1, kFar + 1);
     for (const float size : {1.0f, 0.5f}) {
       for (int round = 0; round < 3; ++round) {
         const Vector3f middle = best;
@@ -58,45 +66,37 @@ class BlockSearch {
         if (best == middle) break;
       }
     }
-    return best;
+    return at(best);
   }
 
   /// Gauss-Newton on the sum of squared distances until it no longer gets less (paper, appendix A).
-  Vector3f registered(Vector3f vector, const Vector3f& expected) {
-    float least = cost(vector);
+  Found registered(const Found& start, const Vector3f& expected) {
+    if (!settings_.registration) return start;
+    Found best = start;
+    Normal here = normal(start.vector);
     for (int iteration = 0; iteration < 20; ++iteration) {
-      Eigen::Matrix3f hessian = Eigen::Matrix3f::Zero();
-      Vector3f gradient = Vector3f::Zero();
-      for (const Vector3f& point : points_) {
-        const SignedDistance::Near d = distance_.at(point + vector);
-        if (!d.near || d.value * d.value > 4 * kOutlier) continue;
-        hessian.noalias() += 2 * d.slope * d.slope.transpose();
-        gradient += 2 * d.value * d.slope;
-      }
       // Directions that the surface says nothing of go where the neighbours went.
       const float weight = 0.05f * static_cast<float>(points_.size()) + 0.05f;
-      hessian.diagonal().array() += weight;
-      gradient += weight * (vector - expected);
-      Vector3f move = hessian.ldlt().solve(-gradient);
+      here.hessian.diagonal().array() += weight;
+      here.gradient += weight * (best.vector - expected);
+      Vector3f move = here.hessian.ldlt().solve(-here.gradient);
       if (!move.allFinite()) break;
       if (const float length = move.norm(); length > 0.7f) move *= 0.7f / length;
-      const float next = cost(vector + move);
-      if (next >= least) break;
-      vector += move;
-      const bool converged = least - next < 1e-4f * least;
-      least = next;
+      here = normal(best.vector + move);
+      if (here.cost >= best.cost) break;
+      const bool converged = best.cost - here.cost < 1e-4f * best.cost;
+      best = {best.vector + move, here.cost};
       if (converged) break;
     }
-    return vector;
+    return best;
   }
 
-  /// Sum of squared distances that count.
-  float cost(const Vector3f& vector) {
+  Found at(const Vector3f& vector) {
     float sum = 0;
     for (const Vector3f& point : points_) sum += distance_.square(point + vector, kOutlier);
-    return sum;
+    return {vector, sum};
   }
-  float meanCost(const Vector3f& vector) { return cost(vector) / static_cast<float>(points_.size()); }
+  float mean(const Found& found) const { return found.cost / static_cast<float>(points_.size()); }
 
   MotionVector quantised(const Vector3f& vector) const {
     MotionVector result{};
@@ -114,33 +114,67 @@ class BlockSearch {
   }
 
  private:
-  /// Mean squared distance of every so many-th point, or, when it is not below `most`, no less than that.
-  float voxelCost(const Vector3f& vector, std::size_t stride, float most) {
+  static constexpr float kFar = 4;  // cells squared: further than the field knows
+
+  /// What Gauss-Newton asks of a vector: the sum of squared distances and its derivatives.
+  struct Normal {
+    float cost = 0;
+    Eigen::Matrix3f hessian;
+    Vector3f gradient;
+  };
+  Normal normal(const Vector3f& vector) {
+    Normal result;
+    std::array<Eigen::Array4f, 3> sums;  // of products of the slopes with each other, and with the distance
+    for (Eigen::Array4f& sum : sums) sum.setZero();
+    for (const Vector3f& point : points_) {
+      const SignedDistance::Near d = distance_.at(point + vector);
+      const float square = d.value * d.value;
+      result.cost += d.near ? std::min(square, kOutlier) : kOutlier;
+      if (!d.near || square > 4 * kOutlier) continue;
+      const Eigen::Array4f slope(d.slope[0], d.slope[1], d.slope[2], d.value);
+      for (std::size_t k = 0; k < 3; ++k) sums[k] += slope * slope[static_cast<Eigen::Index>(k)];
+    }
+    for (int k = 0; k < 3; ++k) {
+      const Eigen::Array4f& sum = sums[static_cast<std::size_t>(k)];
+      result.hessian.col(k) = 2 * sum.head<3>();
+      result.gradient[k] = 2 * sum[3];
+    }
+    return result;
+  }
+
+  /// Mean squared distance of the nodes nearest to every so many-th point, or, when it is not below `most`,
+  /// no less than that.
+  float nodeCost(const Vector3f& vector, std::size_t stride, float most) {
     const auto count = static_cast<float>((points_.size() + stride - 1) / stride);
     const float enough = most * count * 1.00001f;  // rounding must not end it too early
+    const SignedDistance::Lattice move = inLattice(vector, 0);
     float sum = 0;
-    for (std::size_t i = 0; i < points_.size() && sum < enough; i += stride) {
-      const Vector3f at = points_[i] + vector;
-      sum += field_->at({at.x(), at.y(), at.z()});
+    for (std::size_t i = 0; i < nodes_.size() && sum < enough; i += stride) {
+      const SignedDistance::Lattice& from = nodes_[i];
+      sum += distance_.squareAtNode({from[0] + move[0], from[1] + move[1], from[2] + move[2]}, kFar);
     }
     return sum / count;
+  }
+  static SignedDistance::Lattice inLattice(const Vector3f& cells, std::int32_t more) {
+    return {static_cast<std::int32_t>(cells[0] * kCell) + more,
+            static_cast<std::int32_t>(cells[1] * kCell) + more,
+            static_cast<std::int32_t>(cells[2] * kCell) + more};
   }
   static Vector3f step(int x, int y, int z) {
     return {static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
   }
   void tryVector(const Vector3f& vector, std::size_t stride, Vector3f& best, float& least) {
-    const float cost = voxelCost(vector, stride, least);
+    const float cost = nodeCost(vector, stride, least);
     if (cost >= least) return;
     least = cost;
     best = vector;
   }
 
-  const Reference& reference_;
   SignedDistance distance_;
-  std::optional<DistanceField> field_;  // made when it is first needed
   const MotionSettings& settings_;
   float unit_;  // of a quantised vector, in cells
   std::vector<Vector3f> points_;
+  std::vector<SignedDistance::Lattice> nodes_;
 };
 
 }  // namespace
@@ -151,32 +185,32 @@ void searchMotion(const Reference& reference, std::span<const std::array<float, 
   if (reference.planes().empty()) return;
   const float unit = static_cast<float>(vector_step) / kCell;
   const float vector_cost = before != nullptr ? kVectorCostOfMain : kVectorCost;
+  using Found = BlockSearch::Found;
   BlockSearch search(reference, settings, unit);
   for (Block& block : motion.blocks()) {
     search.start(points.subspan(block.first, block.count));
     const MotionVector from = motion.expected(block, before).vector;
-    const Vector3f expected = search.inCells(from);
-    const auto refined = [&](const Vector3f& vector) {
-      return settings.registration ? search.registered(vector, expected) : vector;
-    };
-    Vector3f vector = refined(
-        search.cost(expected) <= search.cost(Vector3f::Zero()) ? expected : Vector3f(Vector3f::Zero()));
-    if (settings.range > 0 && search.meanCost(vector) > kSearch) {
-      const Vector3f other = refined(search.coarse(expected));
-      if (search.cost(other) < 0.8f * search.cost(vector)) vector = other;
+    const Found expected = search.at(search.inCells(from)), still = search.at(Vector3f::Zero());
+    Found best = search.registered(expected.cost <= still.cost ? expected : still, expected.vector);
+    if (settings.range > 0 && search.mean(best) > kSearch) {
+      const Found other = search.registered(search.coarse(expected.vector), expected.vector);
+      if (other.cost < 0.8f * best.cost) best = other;
     }
-    float least = std::numeric_limits<float>::max();
-    for (const MotionVector& candidate : {from, MotionVector{}, search.quantised(vector)}) {
+    const MotionVector quantised = search.quantised(best.vector);
+    float least = std::numeric_limits<float>::max(), left = 0;
+    for (const auto& [vector, cost] : {std::pair(from, expected.cost), std::pair(MotionVector{}, still.cost),
+                                       std::pair(quantised, search.at(search.inCells(quantised)).cost)}) {
       float difference = 0;
       for (std::size_t k = 0; k < 3; ++k) {
-        difference += std::log2(1 + static_cast<float>(std::abs(candidate[k] - from[k])));
+        difference += std::log2(1 + static_cast<float>(std::abs(vector[k] - from[k])));
       }
-      const float cost = search.cost(search.inCells(candidate)) + vector_cost * difference;
-      if (cost >= least) continue;
-      least = cost;
-      block.vector = candidate;
+      const float sum = cost + vector_cost * difference;
+      if (sum >= least) continue;
+      least = sum;
+      left = cost;
+      block.vector = vector;
     }
-    block.moves = search.meanCost(search.inCells(block.vector)) < kNoMotion;
+    block.moves = left / static_cast<float>(block.count) < kNoMotion;
     if (!block.moves) block.vector = {};
   }
 }

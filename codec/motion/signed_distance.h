@@ -43,9 +43,18 @@ class SignedDistance {
     return std::min(distance * distance, most);
   }
 
- private:
-  using Lattice = std::array<std::int32_t, 3>;  // 1/16384 of a cell
+  /// 1/16384 of a cell.
+  using Lattice = std::array<std::int32_t, 3>;
 
+  /// The square of that at the lowest corner of the cell that holds a place.
+  float squareAtNode(const Lattice& place, float most) {
+    const std::int16_t value = field_.lowest(place);
+    if (value == CornerValues::kUnknown) return most;
+    const float distance = toCells(value);
+    return distance * distance;
+  }
+
+ private:
   static bool toLattice(const Eigen::Vector3f& place, Lattice& result) {
     for (int k = 0; k < 3; ++k) {
       if (!(place[k] >= 0 && place[k] < 65535)) return false;

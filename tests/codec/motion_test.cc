@@ -218,6 +218,35 @@ TEST(Predicted, SameBytesWhateverTheThreads) {
   }
 }
 
+TEST(Predicted, SameBytesWhenFramesArePreparedAhead) {
+  for (const Profile profile : {Profile::kClassic, Profile::kMain}) {
+    for (const Sequence& sequence : sequences()) {
+      EncoderSettings settings = predicting(sequence);
+      settings.configuration.profile = profile;
+      const auto serial = encoded(sequence, settings);
+      auto encoder = Encoder::create(settings);
+      const auto timing = [](std::size_t t) { return FrameTiming{t, static_cast<std::int64_t>(t), 1, 0}; };
+      std::array<PreparedFrame, 2> frames;
+      std::array<made::Made, 2> volumes{sequence.frame(0), {}};
+      ASSERT_TRUE(encoder->prepare(volumes[0].volume, timing(0), frames[0]).ok());
+      for (std::size_t t = 0; t < sequence.frames; ++t) {
+        // The next one while this one is coded.
+        made::threadedFor(2, [&](std::size_t i) {
+          if (i == 0) {
+            const auto packet = encoder->encode(frames[t % 2]);
+            EXPECT_EQ(packet->data, serial[t].data) << sequence.name << " frame " << t;
+            EXPECT_EQ(packet->header, serial[t].header);
+          } else if (t + 1 < sequence.frames) {
+            volumes[(t + 1) % 2] = sequence.frame(t + 1);
+            EXPECT_TRUE(
+                encoder->prepare(volumes[(t + 1) % 2].volume, timing(t + 1), frames[(t + 1) % 2]).ok());
+          }
+        });
+      }
+    }
+  }
+}
+
 TEST(FrameTypes, FollowTheGroupLimitAndTheNumbers) {
   Sequence sequence = sequences()[0];
   sequence.frames = 8;

@@ -95,6 +95,21 @@ struct PacketSizes {
   std::uint64_t other = 0;  // header and configuration record
 };
 
+/// What of coding a frame does not need the frames before it: about half of the work. Keeps its memory for
+/// the next frame.
+class PreparedFrame {
+ public:
+  PreparedFrame();
+  PreparedFrame(PreparedFrame&&) noexcept;
+  PreparedFrame& operator=(PreparedFrame&&) noexcept;
+  ~PreparedFrame();
+
+ private:
+  friend class Encoder;
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
 /// Turns volumes into packets, in the order given: GOPs are closed, and a P packet is predicted from the
 /// packet before it, as a decoder gets it. One encoder per thread; encoders share nothing. The same volumes
 /// and settings give the same bytes, whatever `parallel` does.
@@ -113,6 +128,14 @@ class Encoder {
   /// profile main, 900 to 2200 with both. `sizes` may be null.
   /// When memory runs out (kLimit), the next frame starts a GOP.
   Result<Packet> encode(const Volume& volume, const FrameTiming& timing, PacketSizes* sizes = nullptr);
+
+  /// The same in two steps, so that a frame can be prepared while those before it are coded: prepare() may be
+  /// called from any thread, for several frames at once and during encode(), which it shares nothing with but
+  /// the settings' `parallel`. Frames are encoded in their order, each by the encoder that prepared it, and
+  /// `volume` has to be there until then.
+  Status prepare(const Volume& volume, const FrameTiming& timing, PreparedFrame& frame) const;
+  /// `frame` has been prepared without an error; afterwards it may be used for another.
+  Result<Packet> encode(PreparedFrame& frame, PacketSizes* sizes = nullptr);
 
   /// Codes a surface that was decoded before, where its volume is gone, with vertices for sheets as the
   /// settings have it. `cells` are Decoder::cells() of it, and `filled` tells of a frame without any whether
