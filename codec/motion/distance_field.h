@@ -23,6 +23,7 @@ class DistanceField {
     std::array<std::int32_t, 3> node;
     for (std::size_t k = 0; k < 3; ++k) {
       if (!(place[k] > -0.5f && place[k] < 65535.5f)) return kFar;
+      // NOLINTNEXTLINE(bugprone-incorrect-roundings): never below 0 here, and exact in double
       node[k] = static_cast<std::int32_t>(static_cast<double>(place[k]) + 0.5);
     }
     const Found& found = foundAt({node[0] >> 3, node[1] >> 3, node[2] >> 3});

@@ -116,7 +116,8 @@ class BlockSearch {
  private:
   /// Mean squared distance of every so many-th point, or, when it is not below `most`, no less than that.
   float voxelCost(const Vector3f& vector, std::size_t stride, float most) {
-    const auto count = static_cast<float>((points_.size() + stride - 1) / stride);
+    const std::size_t looked_at = (points_.size() + stride - 1) / stride;
+    const auto count = static_cast<float>(looked_at);
     const float enough = most * count * 1.00001f;  // rounding must not end it too early
     float sum = 0;
     for (std::size_t i = 0; i < points_.size() && sum < enough; i += stride) {
