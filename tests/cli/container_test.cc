@@ -3,8 +3,8 @@
 #include <isoreel/container/reader.h>
 #include <isoreel/container/writer.h>
 #include <unistd.h>
-#include <csignal>
 
+#include <csignal>
 #include <cstdlib>
 #include <random>
 #include <thread>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Nothing is lost or half-written: existing files, interruptions, full disks, closed pipes.
 #include <unistd.h>
-#include <csignal>
 
 #include <chrono>
+#include <csignal>
 #include <thread>
 
 #include "support.h"
