@@ -60,6 +60,7 @@ std::string strange(const SourceFile& file, const Shard& shard, const SourceFile
 Status orderShards(std::vector<SourceFile>& files) {
   std::vector<Shard> shards;
   std::vector<std::string> names;
+  names.reserve(files.size());
   for (const SourceFile& file : files) {
     shards.push_back(*shardOf(file.info().tags));
     names.push_back(file.path);
@@ -225,7 +226,7 @@ Status concat(const ConcatOptions& options) {
     for (SourceFile& file : join.files) ISOREEL_TRY(copyAttachments(file, *writer));
     return joiner.finish();
   };
-  if (const Status status = fill(); !status.ok()) {
+  if (Status status = fill(); !status.ok()) {
     writer->discard();
     return status;
   }

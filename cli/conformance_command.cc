@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <isoreel/codec/decoder.h>
 
+#include <algorithm>
 #include <fstream>
 #include <iterator>
 
@@ -24,14 +25,13 @@ struct ConformanceOptions {
 /// expected text is a part.
 bool agrees(const Json& expected, const Json& found, bool message = false) {
   if (expected.is_array()) {
-    if (!found.is_array() || found.size() != expected.size()) return false;
-    for (std::size_t i = 0; i < expected.size(); ++i) {
-      if (!agrees(expected[i], found[i], message)) return false;
-    }
-    return true;
+    return found.is_array() &&
+           std::equal(expected.begin(), expected.end(), found.begin(), found.end(),
+                      [&](const Json& a, const Json& b) { return agrees(a, b, message); });
   }
   if (expected.is_object()) {
     if (!found.is_object() || found.size() != expected.size()) return false;
+    // NOLINTNEXTLINE(readability-use-anyofallof): names of the two cannot be those of a lambda's parameters
     for (const auto& [key, value] : expected.items()) {
       if (!found.contains(key) || !agrees(value, found[key], key == "error" || key == "damage")) return false;
     }

@@ -6,6 +6,12 @@
 #include <isoreel/lavf/carrier_reader.h>
 #include <isoreel/lavf/url.h>
 
+extern "C" {
+#include <libavutil/mem.h>
+}
+
+#include <climits>
+
 #include "interrupt.h"
 #include "output.h"
 
@@ -31,6 +37,24 @@ class PacketsInMemory final : public PacketSource {
  private:
   std::vector<Packet> packets_;
   std::vector<std::uint64_t> shown_;
+};
+
+/// While one of these lives, libavformat takes no piece of memory out of proportion to the file. It believes
+/// what tables claim: an index of 2 GB for a file of 2 kB. 8 bytes for each of the file's are more than any
+/// table in it can need (4 bytes for a sample there, 24 in the index), and its probes and buffers find room
+/// in 8 MiB. A pipe's index gets 256 MiB: 10 million frames. The setting is the process's, so this is for the
+/// command, which opens one file after the other.
+class Proportion {
+ public:
+  explicit Proportion(const ByteSource& source) {
+    const std::optional<std::uint64_t> size = source.size();
+    const std::uint64_t likely = size ? std::min<std::uint64_t>(*size, INT_MAX) : 31 << 20;  // of a pipe
+    const std::uint64_t most = (likely + (1 << 20)) * 8;
+    av_max_alloc(static_cast<std::size_t>(std::min<std::uint64_t>(most, INT_MAX)));
+  }
+  Proportion(const Proportion&) = delete;
+  Proportion& operator=(const Proportion&) = delete;
+  ~Proportion() { av_max_alloc(INT_MAX); }  // as it was
 };
 
 /// The rest of a stream, kept.
@@ -70,6 +94,7 @@ Result<ForwardInput> openForward(lavf::Sniffed bytes, const std::string& track) 
   ForwardInput result;
   Input& input = result.input;
   if (bytes.carrier) {
+    const Proportion bounded(*bytes.source);
     ISOREEL_ASSIGN(auto reader, lavf::CarrierReader::open(std::move(bytes.source), track));
     input.info = reader->info();
     input.carrier = reader->carrier();

@@ -28,21 +28,22 @@ class StepSearch {
                                     [&](const auto& t) { return (slope_ > 0) == (t.second > middle()); });
     const auto log_y = [](const auto& t) { return std::log(std::max(t->second, 1e-12)); };
     const auto log_step = [](const auto& t) { return std::log(static_cast<double>(t->first)); };
-    double place;
     if (above != tried_.begin() && above != tried_.end()) {
       const auto below = std::prev(above);
       if (above->first - below->first <= 1) return {};
       // Every third time half-way, since y may be flat at one end.
       const double part =
           tried_.size() % 3 == 0 ? 0.5 : (std::log(middle()) - log_y(below)) / (log_y(above) - log_y(below));
-      place = log_step(below) + std::clamp(part, 0.05, 0.95) * (log_step(above) - log_step(below));
+      const double place =
+          log_step(below) + std::clamp(part, 0.05, 0.95) * (log_step(above) - log_step(below));
       return std::clamp(rounded(place), below->first + 1, above->first - 1);
     }
     const auto nearest = above == tried_.end() ? std::prev(above) : above;
     // Farther each time, since y may be flat here.
     const double way = (std::log(middle()) - log_y(nearest)) / slope_;
     const double least = 0.35 * static_cast<double>(tried_.size());
-    place = log_step(nearest) + std::copysign(std::clamp(std::abs(way), std::min(least, 2.0), 2.0), way);
+    const double place =
+        log_step(nearest) + std::copysign(std::clamp(std::abs(way), std::min(least, 2.0), 2.0), way);
     const std::uint32_t step = std::clamp(rounded(place), kFinest, kCoarsest);
     if (tried_.contains(step)) return {};
     return step;

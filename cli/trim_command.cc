@@ -137,7 +137,7 @@ Status trim(const TrimOptions& options) {
       ISOREEL_TRY(writer->setChapters(chaptersIn(source.info().chapters, span, times.front().shift)));
     return writer->finish();
   };
-  if (const Status status = fill(); !status.ok()) {
+  if (Status status = fill(); !status.ok()) {
     writer->discard();
     return status;
   }

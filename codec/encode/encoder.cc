@@ -52,11 +52,11 @@ Errors errorsOf(std::span<const std::array<std::int32_t, 3>> decoded,
   return errors;
 }
 
-/// Bytes that a frame of so many vertices would take more at the other one's error: a bit for each component
-/// halves it.
-double bytesToReach(const Errors& other, const Errors& errors, std::size_t vertices) {
-  if (errors.mean <= other.mean || other.mean == 0) return 0;
-  return 3.0 / 8 * static_cast<double>(vertices) * std::log2(errors.mean / other.mean) / 2;
+/// Bytes that a frame of so many vertices would take more at the error that is wanted: a bit for each
+/// component halves it.
+double bytesToReach(const Errors& wanted, const Errors& reached, std::size_t vertices) {
+  if (reached.mean <= wanted.mean || wanted.mean == 0) return 0;
+  return 3.0 / 8 * static_cast<double>(vertices) * std::log2(reached.mean / wanted.mean) / 2;
 }
 
 }  // namespace

@@ -20,7 +20,7 @@ class HeightCoder {
   /// By itself.
   Result<CodedFrame> codeIntra();
   /// From `reference`, going on with `models`.
-  Result<CodedFrame> codePredicted(const Reference& reference, const MotionSettings& motion,
+  Result<CodedFrame> codePredicted(const Reference& reference, const MotionSettings& settings,
                                    const PacketModels& models);
 
  private:

@@ -121,11 +121,11 @@ inline __m128i between(__m128i a, __m128i b, __m128i weights) {
 class CornerValues::Weights {
  public:
   explicit Weights(const std::array<std::int32_t, 3>& place)
-      : x(sse2::weights(place[0])), y(sse2::weights(place[1])), z(sse2::weights(place[2])) {}
+      : x_(sse2::weights(place[0])), y_(sse2::weights(place[1])), z_(sse2::weights(place[2])) {}
 
  private:
   friend class CornerValues;
-  __m128i x, y, z;
+  __m128i x_, y_, z_;
 };
 
 inline CornerValues::CornerValues(const Array& values) { std::memcpy(&v_, values.data(), sizeof v_); }
@@ -140,7 +140,7 @@ inline bool CornerValues::allKnown() const {
 template <int Row, int Plane>
 CornerValues CornerValues::load(const std::int16_t* at) {
   const auto two = [](const std::int16_t* from) {
-    std::int32_t both;
+    std::int32_t both = 0;
     std::memcpy(&both, from, sizeof both);
     return _mm_cvtsi32_si128(both);
   };
@@ -149,9 +149,9 @@ CornerValues CornerValues::load(const std::int16_t* at) {
 }
 
 inline std::int32_t CornerValues::at(const Weights& place) const {
-  const __m128i on_x = sse2::between(v_, v_, place.x);
-  const __m128i on_y = sse2::between(on_x, on_x, place.y);
-  return static_cast<std::int16_t>(_mm_cvtsi128_si32(sse2::between(on_y, on_y, place.z)));
+  const __m128i on_x = sse2::between(v_, v_, place.x_);
+  const __m128i on_y = sse2::between(on_x, on_x, place.y_);
+  return static_cast<std::int16_t>(_mm_cvtsi128_si32(sse2::between(on_y, on_y, place.z_)));
 }
 
 inline CornerValues::Between CornerValues::slopesAt(const std::array<std::int32_t, 3>& place) const {

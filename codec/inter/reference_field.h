@@ -58,7 +58,8 @@ class ReferenceField {
     std::array<std::int32_t, std::size_t{kSide + 2} * kPlane> nodes;
     std::uint32_t
         reaches;  // bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1): the brick at that offset has some of them
-    Source() {}   // leaves them as they are: they are many
+    // Leaves them as they are: they are many, and by default they would be cleared.
+    Source() {}  // NOLINT(modernize-use-equals-default)
   };
   struct Place {
     std::int32_t x, y, z;  // coordinates / 8

@@ -208,7 +208,7 @@ void codeHeights(Coder& coder, HeightModels& models, const HeightWeights& weight
         HeightContext context{colour, coded.activity, static_cast<std::uint32_t>(inputs.bend),
                               cells[i].corners};
         const MovedHeight* const moved = all_moved != nullptr ? all_moved + i : nullptr;
-        std::int32_t residual;
+        std::int32_t residual = 0;
         if (moved != nullptr && moved->confidence != MovedHeight::kNone) {
           const std::size_t kind = moved->confidence >= 4;
           const auto& w = moved_weights[kind];

@@ -12,6 +12,7 @@ namespace {
 constexpr int kRounds = 3;
 
 // Of a cell before anything around it counts, by its corners.
+// NOLINTNEXTLINE(cppcoreguidelines-interfaces-global-init): the frames are constinit, and there before
 const auto kStarts = [] {
   std::array<Lanes, 256> starts{};
   for (std::size_t corners = 0; corners < 256; ++corners) {

@@ -191,7 +191,7 @@ class SignSlice {
         const int at_x = 2 * cell.x + node.x, at_y = 2 * cell.y + node.y, at_z = 2 * cell.z + node.z;
         const bool truth = truth_.sign(level_.lattice, at_x, at_y, at_z);
         const MovedOpinion other = moved_.at(at_x, at_y, at_z, model.one);
-        bool sign;
+        bool sign = false;
         if (models_.mixed) {
           sign = other.model != nullptr
                      ? codeMixed(signs_, SignOpinions::mix(model, other, cell.corners), truth)

@@ -145,7 +145,8 @@ class BlockSearch {
   /// Mean squared distance of the nodes nearest to every so many-th point, or, when it is not below `most`,
   /// no less than that.
   float nodeCost(const Vector3f& vector, std::size_t stride, float most) {
-    const auto count = static_cast<float>((points_.size() + stride - 1) / stride);
+    const std::size_t looked_at = (points_.size() + stride - 1) / stride;
+    const auto count = static_cast<float>(looked_at);
     const float enough = most * count * 1.00001f;  // rounding must not end it too early
     const SignedDistance::Lattice move = inLattice(vector, 0);
     float sum = 0;

@@ -62,7 +62,7 @@ Status copyAll(ByteSource& source, ByteSink& sink) {
       offset += got;
     }
   };
-  const Status status = container::withoutThrowing(copy);
+  Status status = container::withoutThrowing(copy);
   if (!status.ok()) sink.discard();
   return status;
 }

@@ -125,9 +125,9 @@ class Drawing {
   void drawArrow(const Arrow& arrow) {
     const double dx = arrow.to.x - arrow.from.x, dy = arrow.to.y - arrow.from.y;
     const double length = std::hypot(dx, dy), width = 2.6 * unit_, edge = 1.3 * unit_;
-    const auto [r, g, b] = arrow.colour;
+    const auto& rgb = arrow.colour;
     const auto colour = [&](bool seen) {
-      cairo_set_source_rgba(cairo_, r / 255.0, g / 255.0, b / 255.0, seen ? 1 : kFaint);
+      cairo_set_source_rgba(cairo_, rgb[0] / 255.0, rgb[1] / 255.0, rgb[2] / 255.0, seen ? 1 : kFaint);
     };
     const auto dark = [&](bool seen) {
       cairo_set_source_rgba(cairo_, kEdge[0], kEdge[1], kEdge[2], seen ? 0.8 : 0.8 * kFaint);
@@ -148,7 +148,7 @@ class Drawing {
     cairo_set_line_cap(cairo_, CAIRO_LINE_CAP_BUTT);
     const auto shaftLines = [&](double thick, auto paint) {
       cairo_set_line_width(cairo_, thick);
-      for (int i = 0, next; i < kPieces; i = next) {
+      for (int i = 0, next = 0; i < kPieces; i = next) {
         const bool seen = arrow.seen[static_cast<std::size_t>(i)];
         for (next = i + 1; next < kPieces && arrow.seen[static_cast<std::size_t>(next)] == seen;) ++next;
         line(arrow, shaft * i / kPieces, shaft * next / kPieces);

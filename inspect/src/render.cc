@@ -174,8 +174,9 @@ class Renderer {
     bool calm = true;
     for (std::uint32_t s = 0; s < count; ++s) {
       Sample& sample = samples[s];
-      sample.x = x + (s % side_ + 0.5) / side_;
-      sample.y = y + (s / side_ + 0.5) / side_;
+      const std::uint32_t column = s % side_, row = s / side_;
+      sample.x = x + (column + 0.5) / side_;
+      sample.y = y + (row + 0.5) / side_;
       sample.direction = view_.ray(sample.x, sample.y);
       sample.hit = firstHit(view_.eye(), sample.direction);
       if (sample.hit) sample.normal = normalAt(*sample.hit, sample.direction);

@@ -38,6 +38,6 @@ SequenceResult openNrrd(const std::vector<std::string>& files, const VolumeOptio
 SequenceResult openNifti(const std::vector<std::string>& files, const VolumeOptions& options);
 SequenceResult openMetaImage(const std::vector<std::string>& files, const VolumeOptions& options);
 SequenceResult openVti(const std::vector<std::string>& files, const VolumeOptions& options);
-SequenceResult openOpenVdb(const std::vector<std::string>& files, const VolumeOptions& options);
+SequenceResult openOpenVdb(const std::vector<std::string>& paths, const VolumeOptions& options);
 
 }  // namespace isoreel::io

@@ -2,9 +2,9 @@
 // Files that are continued, followed, repaired, and given tags, chapters, attachments and tracks.
 #include <isoreel/container/reader.h>
 #include <isoreel/container/writer.h>
-#include <signal.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <cstdlib>
 #include <random>
 #include <thread>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Nothing is lost or half-written: existing files, interruptions, full disks, closed pipes.
-#include <signal.h>
 #include <unistd.h>
 
 #include <chrono>
+#include <csignal>
 #include <thread>
 
 #include "support.h"
@@ -195,6 +195,23 @@ TEST_F(SafetyTest, WhatTakesTooMuchMemoryIsRefused) {
   EXPECT_TRUE(outcome.err.ends_with(expected)) << outcome.err;
 }
 #endif
+
+TEST_F(SafetyTest, OtherContainersTakeNoMoreThanTheirSizeAllows) {
+  // 1,895 bytes that claim 60 million samples: an index of 1.4 GB for libavformat, as much again for us.
+  const std::string peak =
+      "python3 -c 'import resource, subprocess; print(subprocess.run([\"isoreel\", \"info\", "
+      "\"-\"]).returncode, "
+      "resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)'";
+  for (const std::string& line :
+       {peak + " <" ISOREEL_MANY_SAMPLES, "cat " ISOREEL_MANY_SAMPLES " | " + peak}) {
+    const Outcome outcome = sh(line);
+    int code = 0;
+    long kibibytes = 0;
+    EXPECT_EQ(std::sscanf(outcome.out.c_str(), "%d %ld", &code, &kibibytes), 2) << outcome.err;
+    EXPECT_EQ(code, 1) << outcome.err;
+    EXPECT_LT(kibibytes, 700'000) << line;
+  }
+}
 
 TEST_F(SafetyTest, AReaderThatGoesAwayIsNoDrama) {
   sequence();

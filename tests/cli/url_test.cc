@@ -3,11 +3,11 @@
 // none. The first two log each request.
 #include <arpa/inet.h>
 #include <netinet/in.h>
-#include <signal.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <chrono>
+#include <csignal>
 #include <thread>
 
 #include "support.h"
@@ -27,7 +27,7 @@ int freePort() {
   sockaddr_in address = local(0);
   socklen_t size = sizeof address;
   const int there = socket(AF_INET, SOCK_STREAM, 0);
-  bind(there, reinterpret_cast<sockaddr*>(&address), size);
+  EXPECT_EQ(bind(there, reinterpret_cast<sockaddr*>(&address), size), 0);
   getsockname(there, reinterpret_cast<sockaddr*>(&address), &size);
   close(there);
   return ntohs(address.sin_port);

@@ -38,8 +38,7 @@ class Vectors {
     // Cut in the middle of each level's last section but the first one's: the level above is what is left.
     entry["prefixes"] = Json::array();
     std::size_t end = payload;
-    for (std::size_t i = 0; i < header.sections.size(); ++i) {
-      const Section& s = header.sections[i];
+    for (const Section& s : header.sections) {
       if (s.kind == static_cast<std::uint32_t>(SectionKind::kSigns) && s.level > 0) {
         entry["prefixes"].push_back({{"bytes", end + s.bytes / 2}, {"level", s.level - 1}});
       }

@@ -59,7 +59,7 @@ TEST(Player, GivesAnyFrameInAnyOrder) {
 MadeSource movingSphere(std::uint64_t frames = 8, std::uint32_t gop = 4, double radius = 4.4,
                         std::uint32_t nodes = 17, const std::array<double, 3>& step = {0.2, 0, 0},
                         const MotionSettings& motion = {.block_log2 = 5, .range = 0, .registration = false}) {
-  const double middle = nodes / 2;
+  const double middle = std::floor(nodes / 2.0);
   const auto at = [=](double t) {
     return made::sphere(middle - 2 + step[0] * t, middle + step[1] * t, middle + step[2] * t, radius);
   };

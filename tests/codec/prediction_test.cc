@@ -56,7 +56,8 @@ TEST(CodedNeighbours, SayWhatASearchThroughAllCellsSays) {
             magnitude += std::abs(*errors[j]);
           }
           const auto mean = [](std::int64_t sum, std::int64_t count) {
-            return floorOf(static_cast<double>(sum * (65536 / count)) / 65536);
+            const std::int64_t scaled = sum * (65536 / count);
+            return floorOf(static_cast<double>(scaled) / 65536);
           };
           const CodedNeighbours::Means found = neighbours.around(i, cells[i], frame);
           ASSERT_EQ(found.height, seen == 0 ? 0 : mean(height, seen)) << i;
@@ -150,7 +151,8 @@ TEST(MovedPlane, OfAPlaneIsThatPlane) {
     // A vertex in each cell that the plane meets.
     std::vector<ReferencePlane> planes;
     for (std::int32_t i = 0; i < 20 * 20 * 20; ++i) {
-      const Vector middle{i % 20 + 0.5, i / 20 % 20 + 0.5, i / 400 + 0.5};
+      const std::int32_t x = i % 20, y = i / 20 % 20, z = i / 400;
+      const Vector middle{x + 0.5, y + 0.5, z + 0.5};
       const double away = distance(middle);
       if (std::abs(away) > 0.85) continue;
       ReferencePlane plane;

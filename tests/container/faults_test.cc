@@ -32,12 +32,16 @@ Faults faults;
 
 }  // namespace
 
+// In place of the C library's.
 extern "C" {
-ssize_t pread(int file, void* out, std::size_t count, off_t offset) {
+ssize_t readWithFaults(int file, void* out, std::size_t count, off_t offset) asm("pread");
+ssize_t writeWithFaults(int file, const void* bytes, std::size_t count, off_t offset) asm("pwrite");
+
+ssize_t readWithFaults(int file, void* out, std::size_t count, off_t offset) {
   const ssize_t now = faults.allow(count, false);
   return now < 0 ? now : syscall(SYS_pread64, file, out, now, offset);
 }
-ssize_t pwrite(int file, const void* bytes, std::size_t count, off_t offset) {
+ssize_t writeWithFaults(int file, const void* bytes, std::size_t count, off_t offset) {
   const ssize_t now = faults.allow(count, true);
   return now < 0 ? now : syscall(SYS_pwrite64, file, bytes, now, offset);
 }

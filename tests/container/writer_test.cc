@@ -176,7 +176,7 @@ TEST(Writer, RefusesSettingsThatReadersWouldRefuse) {
 
 TEST(Writer, TheLargestTagsAreReadBackEachWay) {
   auto settings = makeSettings();
-  settings.tags = "{\"x\":\"";
+  settings.tags = R"({"x":")";
   std::mt19937 random(1);
   while (settings.tags.size() < (1 << 20) - 2) settings.tags += static_cast<char>('!' + 2 + random() % 50);
   settings.tags += "\"}";

@@ -8,6 +8,7 @@
 #include "support.h"
 
 // teem does not free its state when bzip2 data end early; LeakSanitizer asks here what not to report.
+// NOLINTNEXTLINE(bugprone-reserved-identifier, readability-identifier-naming): the name is the sanitizer's
 extern "C" const char* __lsan_default_suppressions() { return "leak:libteem\nleak:libbz2.so\n"; }
 
 namespace isoreel::io {

@@ -20,11 +20,11 @@ gint64 toFrame(const Timeline& timeline, gint64 time) {
 
 bool knownFormat(GstFormat format) { return format == GST_FORMAT_TIME || format == GST_FORMAT_DEFAULT; }
 
-bool convert(const Timeline& timeline, GstFormat from, gint64 value, GstFormat to, gint64& result) {
+bool convert(const Timeline& timeline, GstFormat from, gint64 given, GstFormat to, gint64& result) {
   if (!knownFormat(from) || !knownFormat(to) || (from != to && timeline.frames() == 0)) return false;
-  result = from == to                   ? value
-           : from == GST_FORMAT_DEFAULT ? toTime(timeline, value)
-                                        : toFrame(timeline, value);
+  result = from == to                   ? given
+           : from == GST_FORMAT_DEFAULT ? toTime(timeline, given)
+                                        : toFrame(timeline, given);
   return true;
 }
 
@@ -125,11 +125,10 @@ bool State::query(GstPad* pad, GstQuery* query) {
       return true;
     case GST_QUERY_CONVERT: {
       GstFormat to = GST_FORMAT_UNDEFINED;
-      gint64 from_value = 0;
-      gst_query_parse_convert(query, &format, &from_value, &to, nullptr);
-      if (facts.timeline.frames() == 0 || !convert(facts.timeline, format, from_value, to, value))
-        return false;
-      gst_query_set_convert(query, format, from_value, to, value);
+      gint64 given = 0;
+      gst_query_parse_convert(query, &format, &given, &to, nullptr);
+      if (facts.timeline.frames() == 0 || !convert(facts.timeline, format, given, to, value)) return false;
+      gst_query_set_convert(query, format, given, to, value);
       return true;
     }
     case GST_QUERY_SEGMENT: {

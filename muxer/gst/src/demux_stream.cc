@@ -17,7 +17,7 @@ using Streams = std::vector<std::unique_ptr<DemuxStream>>;
 
 // How a reader is told which track is meant: by its number, unless another has that as its name.
 std::string selector(const std::vector<TrackInfo>& tracks, std::size_t index) {
-  const std::string id = std::to_string(tracks[index].id);
+  std::string id = std::to_string(tracks[index].id);
   for (std::size_t i = 0; i < tracks.size(); ++i) {
     if (i != index && tracks[i].name == id) return tracks[index].name;
   }

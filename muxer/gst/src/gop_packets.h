@@ -30,7 +30,7 @@ std::string placeOf(const FrameHeader& header);
 /// Packets in the order of decoding, from a key on.
 class GopPackets final : public PacketSource {
  public:
-  void add(TimedPacket packet);
+  void add(TimedPacket timed);
   void clear();
   bool empty() const { return entries_.empty(); }
   const TimedPacket& timed(std::uint64_t frame) const { return entries_[frames_[frame]]; }

@@ -168,7 +168,7 @@ GstToc* tocOf(const std::vector<Chapter>& chapters, const TimeBase& base, std::i
   };
   for (std::size_t i = 0; i < chapters.size(); ++i) {
     const Chapter& chapter = chapters[i];
-    GstTocEntry* entry =
+    GstTocEntry* mark =
         gst_toc_entry_new(GST_TOC_ENTRY_TYPE_CHAPTER, ("isoreel-" + std::to_string(i)).c_str());
     const gint64 start = time(chapter.start, 0);
     gint64 stop = time(chapter.start, chapter.length);
@@ -177,10 +177,10 @@ GstToc* tocOf(const std::vector<Chapter>& chapters, const TimeBase& base, std::i
                                      [](const Chapter& c) { return c.kind == Chapter::Kind::kChapter; });
       stop = next == chapters.end() ? -1 : time(next->start, 0);
     }
-    gst_toc_entry_set_start_stop_times(entry, start, stop);
+    gst_toc_entry_set_start_stop_times(mark, start, stop);
     if (g_utf8_validate(chapter.title.c_str(), -1, nullptr) && !chapter.title.empty())
-      gst_toc_entry_set_tags(entry, gst_tag_list_new(GST_TAG_TITLE, chapter.title.c_str(), nullptr));
-    gst_toc_entry_append_sub_entry(edition, entry);
+      gst_toc_entry_set_tags(mark, gst_tag_list_new(GST_TAG_TITLE, chapter.title.c_str(), nullptr));
+    gst_toc_entry_append_sub_entry(edition, mark);
   }
   gst_toc_append_entry(toc, edition);
   return toc;

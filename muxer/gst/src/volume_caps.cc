@@ -45,8 +45,8 @@ void setArray(GstStructure* structure, const char* field, std::span<const double
 Status getArray(const GstStructure* structure, const char* field, std::span<double> values) {
   const GValue* array = gst_structure_get_value(structure, field);
   if (array == nullptr) return {};
-  const Status bad(ErrorCode::kInvalidArgument, std::string("caps: ") + field + " is not an array of " +
-                                                    std::to_string(values.size()) + " numbers");
+  Status bad(ErrorCode::kInvalidArgument, std::string("caps: ") + field + " is not an array of " +
+                                              std::to_string(values.size()) + " numbers");
   if (!GST_VALUE_HOLDS_ARRAY(array) || gst_value_array_get_size(array) != values.size()) return bad;
   for (std::size_t i = 0; i < values.size(); ++i) {
     GValue number = G_VALUE_INIT;

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 // As in inspect/, which is in the plugin, where LeakSanitizer does not look.
+// NOLINTNEXTLINE(bugprone-reserved-identifier, readability-identifier-naming): the name is the sanitizer's
 extern "C" const char* __lsan_default_suppressions() { return "leak:libfontconfig"; }
 
 int main(int argc, char** argv) {

@@ -15,7 +15,7 @@ namespace isoreel::lavf {
 /// Packets in memory.
 class Sequence final : public PacketSource {
  public:
-  explicit Sequence(std::vector<Packet> packets);
+  explicit Sequence(std::vector<Packet> all);
   std::uint64_t frameCount() const override { return shown_.size(); }
   const FrameHeader& header(std::uint64_t frame) const override { return packets[shown_[frame]].header; }
   Result<Bytes> packet(std::uint64_t frame) override { return packets[shown_[frame]].data; }
