@@ -136,5 +136,18 @@ TEST_F(RateTest, PresetsDecodeAndExplicitOptionsWin) {
   fails("isoreel encode seq.json -o y.isr --iso 0 --preset slow", 2, "slow");
 }
 
+TEST_F(RateTest, SlicesDecodeOnAnyThreads) {
+  const std::string data = std::string(ISOREEL_DATA) + "/droplets";
+  ok("isoreel encode " + data + " -o one.isr --frames 0:4 && isoreel encode " + data +
+     " -o four.isr --frames 0:4 --slices 4");
+  EXPECT_NE(ok("isoreel verify four.isr").find("is right"), std::string::npos);
+  EXPECT_NE(bytes("one.isr"), bytes("four.isr"));
+  for (const std::string jobs : {"1", "3"})
+    ok("isoreel decode four.isr --frames 3 -o " + jobs + ".ply --jobs " + jobs);
+  ok("cmp 1.ply 3.ply");
+  ok("isoreel trim four.isr --from 2 -o cut.isr && isoreel verify cut.isr");
+  fails("isoreel encode " + data + " -o y.isr --slices 17", 2, "--slices");
+}
+
 }  // namespace
 }  // namespace isoreel::cli

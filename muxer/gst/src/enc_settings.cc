@@ -46,7 +46,7 @@ const GEnumValue kBlocks[] = {{0, "8, 16 or 32 cells, whichever is smallest", "a
                               {5, "32 cells", "32"},
                               {0, nullptr, nullptr}};
 const GEnumValue kPresets[] = {
-    {static_cast<gint>(Preset::kFast), "0.6 of the time, packets a little larger", "fast"},
+    {static_cast<gint>(Preset::kFast), "0.9 of the time, packets a little larger", "fast"},
     {static_cast<gint>(Preset::kDefault), "As what is not set otherwise", "default"},
     {static_cast<gint>(Preset::kBest), "Twice the time: tries several sizes of blocks", "best"},
     {0, nullptr, nullptr}};

@@ -232,7 +232,7 @@ TEST(VolumeSource, withEncoderAndMuxGivesTheFileOfTheCommandLine) {
   }
 }
 
-TEST_F(Encode, presetAndFitAreThoseOfTheLibrary) {
+TEST_F(Encode, presetFitAndSlicesAreThoseOfTheLibrary) {
   const auto run = [&](const std::string& properties) {
     start(properties);
     Bytes all;
@@ -242,11 +242,13 @@ TEST_F(Encode, presetAndFitAreThoseOfTheLibrary) {
     gst_object_unref(std::exchange(bus, nullptr));
     return all;
   };
-  const auto wanted = [](Preset preset, Fit fit, std::optional<std::uint32_t> block = {}) {
+  const auto wanted = [](Preset preset, Fit fit, std::optional<std::uint32_t> block = {},
+                         std::uint32_t slices = 1) {
     EncoderSettings settings = ballSettings();
     usePreset(preset, settings);
     if (block) settings.motion.block_log2 = *block;
     settings.heights.fit = fit;
+    settings.configuration.slices.most = slices;
     Result<Encoder> encoder = Encoder::create(settings);
     Bytes all;
     for (std::uint64_t i = 0; i < 4; ++i) {
@@ -265,6 +267,9 @@ TEST_F(Encode, presetAndFitAreThoseOfTheLibrary) {
   const Bytes to_mesh = wanted(Preset::kDefault, Fit::kExtracted);
   EXPECT_EQ(run("fit=extracted"), to_mesh);
   EXPECT_NE(to_mesh, plain);
+  const Bytes slices = wanted(Preset::kDefault, Fit::kVolume, {}, 3);
+  EXPECT_EQ(run("slices=3"), slices);
+  EXPECT_NE(slices, plain);
 }
 
 TEST(VolumeSource, saysWhatIsWrong) {
