@@ -59,6 +59,8 @@ struct SignStreams {
   SignTreeModels& models;
   Moved moved;
 };
+template <class Coder, class Moved>  // clang before 17 finds none by itself
+SignStreams(Coder&, Coder&, SignTreeModels&, Moved)->SignStreams<Coder, Moved>;
 
 /// Codes some bricks of a level, one after the other. Coder, Truth: as SignTree has them.
 template <class Coder, class Truth, class Moved>

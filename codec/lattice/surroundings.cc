@@ -189,10 +189,10 @@ void Surroundings::build(std::span<const Cell> cells, const CellIndex& index, co
   slice_runs.assign(1, 0);
   for (std::size_t slice = 0; slice + 1 < starts.size(); ++slice) {
     const std::uint32_t first = placeOf(starts[slice]), end = placeOf(starts[slice + 1]);
-    const std::size_t count = runCount(end - first, kRun), in_slice = starts[slice + 1] - starts[slice];
-    for (std::size_t n = 0; n < count; ++n) {
-      spans.push_back({starts[slice] + runStart(n, count, in_slice),
-                       starts[slice] + runStart(n + 1, count, in_slice), first, end});
+    const std::size_t pieces = runCount(end - first, kRun), in_slice = starts[slice + 1] - starts[slice];
+    for (std::size_t n = 0; n < pieces; ++n) {
+      spans.push_back({starts[slice] + runStart(n, pieces, in_slice),
+                       starts[slice] + runStart(n + 1, pieces, in_slice), first, end});
     }
     slice_runs.push_back(static_cast<std::uint32_t>(spans.size()));
   }
