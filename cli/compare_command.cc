@@ -77,10 +77,7 @@ Status compare(const CompareOptions& options) {
             fmt::format("{} has {}, the input {}", options.input, counted(count, "frame"),
                         counted(volumes->size(), "volume"))};
   }
-  if (volumes->grid().nodes != input.configuration.grid.nodes) {
-    return {ErrorCode::kInvalidArgument,
-            fmt::format("the grid of {} is not that of {}", volumes->name(0), options.input)};
-  }
+  ISOREEL_TRY(sameBox(*volumes, input.configuration.grid, options.input));
   const FrameRange range = parseFrames(options.frames, timelineOf(*input.packets, input.info.time_base));
   const ThreadLimit limit(options.jobs);
   const Inside inside = input.configuration.inside;
@@ -107,7 +104,7 @@ Status compare(const CompareOptions& options) {
     const auto extracted = extractSurface(item.volume, item.isovalue, inside, options.placement,
                                           options.volumes.non_finite, parallelFor, options.vertices);
     if (!extracted) return extracted.status().at(fmt::format("frame {}", item.number));
-    const inspect::Mesh mesh = inspect::meshOf(item.decoded);
+    const inspect::Mesh mesh = inspect::meshOf(item.decoded, item.volume.grid);
     const auto to = [&](const inspect::Mesh& other) {
       return inspect::distance(mesh, other, options.samples.value_or(inspect::samplesFor(mesh, other)),
                                parallelFor);
@@ -153,7 +150,8 @@ Status compare(const CompareOptions& options) {
 
 void addCompareCommand(CLI::App& app, Action& chosen) {
   CLI::App* verb = app.add_subcommand(
-      "compare", "Distance of each frame to its volume's isosurface and to the extracted mesh, in cells");
+      "compare",
+      "Distance of each frame to its volume's isosurface and to the extracted mesh, in cells of the volume");
   const auto options = std::make_shared<CompareOptions>();
   verb->add_option("file", options->input, kInputHelp)->required();
   options->volumes.add(*verb);

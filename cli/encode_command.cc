@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "command.h"
-#include "encode_job.h"
+#include "encode_pass.h"
 #include "encode_target.h"
 #include "facts.h"
 #include "frame_range.h"
@@ -18,7 +18,6 @@
 #include "parallel.h"
 #include "progress.h"
 #include "shards.h"
-#include "step_search.h"
 #include "volume_input.h"
 
 namespace isoreel::cli {
@@ -32,8 +31,6 @@ const std::map<std::string, Preset> kPresets{
     {"fast", Preset::kFast}, {"default", Preset::kDefault}, {"best", Preset::kBest}};
 const std::map<std::string, Inside> kInside{{"below", Inside::kBelow}, {"above", Inside::kAbove}};
 
-constexpr double kFull = 0.985;  // of the length asked for: near enough
-
 struct EncodeOptions {
   VolumeInput volumes;
   TargetOptions target;
@@ -41,6 +38,7 @@ struct EncodeOptions {
   std::vector<std::string> tracks;  // NAME=ISO, where there are several
   std::optional<Inside> inside;
   std::string step = "1/16";
+  std::string cell = "1";  // side of a coded cell in cells of the volumes, or auto
   double max_error = 0;    // cells RMS; 0: the step says
   std::uint64_t size = 0;  // bytes; 0: the step says
   bool measure = false;
@@ -68,6 +66,21 @@ std::uint32_t stepUnits(const std::string& text) {
     throw CLI::ValidationError("--step", fmt::format("'{}' is not from 1/16384 to 1 of a cell", text));
   }
   return static_cast<std::uint32_t>(std::lround(units));
+}
+
+/// What --cell says; 1 for auto, to begin with.
+double cellSide(const EncodeOptions& options) {
+  if (options.cell == "auto") {
+    if (options.max_error == 0) throw CLI::ValidationError("--cell", "auto goes with --max-error");
+    if (options.target.append) throw CLI::ValidationError("--cell", "--append: the grid is that of the file");
+    return 1;
+  }
+  const std::vector<double> values = parseNumbers("--cell", options.cell);
+  if (values.size() != 1 || !(values[0] >= 1 && values[0] <= kMaxCell)) {
+    throw CLI::ValidationError("--cell",
+                               fmt::format("'{}' is neither auto nor from 1 to {}", options.cell, kMaxCell));
+  }
+  return values[0];
 }
 
 /// The isovalue of every frame: one for all, one each, or one volume at several.
@@ -140,44 +153,8 @@ std::string tagsJson(const EncodeOptions& options, const std::optional<Shard>& s
   return dumped(tags);
 }
 
-struct Totals {
-  std::uint64_t frames = 0, predicted = 0, vertices = 0;
-  PacketSizes sizes;
-  ErrorKind error_kind = ErrorKind::kNone;  // of what was measured
-  double error_squares = 0, error_max = 0;  // squares: a vertex
-  nlohmann::ordered_json list;              // of frames
-
-  void add(const CodedFrame& frame, const std::string& track) {
-    const FrameHeader& header = frame.packet.header;
-    ++frames;
-    predicted += header.type == PacketType::kPredicted;
-    vertices += header.vertices;
-    sizes.signs += frame.sizes.signs;
-    sizes.motion += frame.sizes.motion;
-    sizes.vertices += frame.sizes.vertices;
-    list.push_back({{"number", header.number},
-                    {"type", header.type == PacketType::kPredicted ? "P" : "I"},
-                    {"vertices", header.vertices},
-                    {"bytes",
-                     {{"total", frame.packet.data.size()},
-                      {"signs", frame.sizes.signs},
-                      {"motion", frame.sizes.motion},
-                      {"vertices", frame.sizes.vertices},
-                      {"other", frame.sizes.other}}}});
-    if (!track.empty()) list.back()["track"] = track;
-    if (header.error_kind == ErrorKind::kNone) return;
-    error_kind = header.error_kind;
-    error_squares += std::pow(static_cast<double>(header.error_rms), 2) * header.vertices;
-    error_max = std::max(error_max, static_cast<double>(header.error_max));
-    list.back()["error"] = errorJson(header.error_kind, static_cast<double>(header.error_rms),
-                                     static_cast<double>(header.error_max));
-  }
-  double errorRms() const {
-    return vertices == 0 ? 0.0 : std::sqrt(error_squares / static_cast<double>(vertices));
-  }
-};
-
-void printSummary(const EncodeOptions& options, const Totals& totals, std::uint64_t bytes, double seconds) {
+void printSummary(const EncodeOptions& options, double cell, const EncodeTotals& totals, std::uint64_t bytes,
+                  double seconds) {
   std::FILE* const out = options.target.output == "-" ? stderr : stdout;
   const auto share = [&](std::uint64_t part) {
     return totals.vertices == 0 ? 0.0
@@ -194,6 +171,7 @@ void printSummary(const EncodeOptions& options, const Totals& totals, std::uint6
                                     {"vertices", totals.sizes.vertices},
                                     {"other", other}}},
                                   {"predicted_frames", totals.predicted},
+                                  {"cell", cell},
                                   {"frame_list", totals.list},
                                   {"seconds", seconds}};
     if (totals.error_kind != ErrorKind::kNone)
@@ -207,10 +185,11 @@ void printSummary(const EncodeOptions& options, const Totals& totals, std::uint6
   std::string error;
   if (totals.error_kind != ErrorKind::kNone) {
     error = fmt::format(
-        "; {} {:.4f} cells RMS, at most {:.4f}",
+        "; {} {:.4f} {} RMS, at most {:.4f}",
         totals.error_kind == ErrorKind::kVolume ? "from the volumes' isosurfaces" : "vertices moved",
-        totals.errorRms(), totals.error_max);
+        totals.errorRms(), cell == 1 ? "cells" : "coded cells", totals.error_max);
   }
+  if (cell != 1) fmt::print(out, "  coded cells have {:g} times the side of the volumes'\n", cell);
   fmt::print(out, "  {:.2f} bits a vertex: {:.2f} signs, {:.2f} motion, {:.2f} positions{}\n", share(bytes),
              share(totals.sizes.signs), share(totals.sizes.motion), share(totals.sizes.vertices), error);
 }
@@ -222,6 +201,7 @@ EncoderSettings settingsOf(const EncodeOptions& options, const EncodeJob& job) {
       options.inside.value_or(job.volumes->levelSet() ? Inside::kBelow : Inside::kAbove);
   settings.configuration.grid = job.volumes->grid();
   settings.configuration.step = stepUnits(options.step);
+  settings.cell = cellSide(options);
   settings.configuration.time_base = job.times.base;
   settings.frame_types = options.frame_types;
   settings.gop = options.gop;
@@ -245,70 +225,6 @@ EncoderSettings settingsOf(const EncodeOptions& options, const EncodeJob& job) {
   return settings;
 }
 
-/// Takes a file's bytes, and counts them.
-class CountingSink final : public ByteSink {
- public:
-  Status append(ByteSpan) override { return {}; }
-  Status commit() override { return {}; }
-  void discard() override {}
-  std::string name() const override { return "the length of the file"; }
-};
-
-/// A job on its way to a file: what both the passes that look for a length and the last one do.
-struct Pass {
-  const EncodeOptions& options;
-  const EncodeJob& job;
-  const std::string tags;
-
-  /// `target` is open. `instead`: takes the bytes of a new file.
-  Status run(EncodeTarget& target, std::uint32_t step, const std::string& name, Totals& totals,
-             std::unique_ptr<ByteSink> instead = nullptr) const {
-    const bool for_good = instead == nullptr;
-    EncoderSettings settings = job.settings;
-    settings.configuration.step = step;
-    ISOREEL_ASSIGN(const Encoder encoder, Encoder::create(settings));
-    if (Status begun = target.begin(settings.configuration, encoder.configurationRecord(), job.tracks, tags,
-                                    !options.tags.empty(), std::move(instead));
-        !begun.ok()) {
-      target.giveUp(0);
-      return begun;
-    }
-    Progress progress(name, job.frameCount());
-    const Status status = EncodeRun(job).run(
-        step,
-        [&](const CodedFrame& frame, std::size_t track) -> Status {
-          ISOREEL_TRY(target.writer().write(frame.packet, job.tracks[track].id));
-          totals.add(frame, job.tracks[track].name);
-          progress.advance();
-          return {};
-        },
-        [&] { return target.writer().endGop(); });
-    if (!status.ok() && for_good)
-      return {status.error().code, std::string(status.message()) + target.giveUp(totals.frames)};
-    return status.ok() ? target.finish() : status;
-  }
-};
-
-/// The step with which the file has --size bytes, nearly, and not more.
-Result<std::uint32_t> stepForSize(const Pass& pass) {
-  const auto size = static_cast<double>(pass.options.size);
-  StepSearch search(kFull * size, size, -0.5);
-  double bytes = 0;
-  int number = 0;
-  while (const auto step = search.next()) {
-    EncodeTarget target(pass.options.target);
-    Totals totals;
-    ISOREEL_TRY(
-        pass.run(target, *step, fmt::format("try {}", ++number), totals, std::make_unique<CountingSink>()));
-    bytes = static_cast<double>(target.bytesAdded());
-    search.add(*step, bytes);
-  }
-  if (const auto best = search.best()) return *best;
-  return {ErrorCode::kInvalidArgument,
-          fmt::format("{}: {:.0f} bytes with a step of a whole cell, so --size {} cannot be kept",
-                      pass.options.target.output, bytes, pass.options.size)};
-}
-
 Status encode(const EncodeOptions& options) {
   const Stopwatch watch;
   ISOREEL_TRY(EncodeTarget::mayStart(options.target));
@@ -330,16 +246,19 @@ Status encode(const EncodeOptions& options) {
   ISOREEL_TRY(target.open(job.tracks, job.times, static_cast<std::size_t>(job.range.begin)));
   job.settings = settingsOf(options, job);
   const ThreadLimit limit(options.jobs);
-  const Pass pass{options, job, tagsJson(options, shard)};
+  const EncodePass pass{options.target, job, tagsJson(options, shard), !options.tags.empty()};
   std::uint32_t step = job.settings.configuration.step;
   if (options.size > 0) {
     job.error.measure = false;  // its results are as long whatever they are
-    ISOREEL_ASSIGN(step, stepForSize(pass));
+    ISOREEL_ASSIGN(step, stepForSize(pass, options.size));
     job.error.measure = options.measure;
   }
-  Totals totals;
+  if (options.cell == "auto") {
+    ISOREEL_ASSIGN(job.settings.cell, cellForError(pass, job));
+  }
+  EncodeTotals totals;
   ISOREEL_TRY(pass.run(target, step, "encode", totals));
-  printSummary(options, totals, target.bytesAdded(), watch.seconds());
+  printSummary(options, job.settings.cell, totals, target.bytesAdded(), watch.seconds());
   return {};
 }
 
@@ -388,9 +307,14 @@ void addEncodeCommand(CLI::App& app, Action& chosen) {
           ->excludes("--append")
           ->excludes(step);
   verb->add_option(
-          "--max-error", options->max_error,
-          "Cells RMS that no frame may be further from its volume's isosurface (as `compare` finds it): "
-          "each GOP gets the largest step that keeps to it")
+          "--cell", options->cell,
+          "Side of a coded cell, in cells of the volumes, 1 to 64: a coarser lattice takes fewer bytes where "
+          "large distances will do; auto: the one that does in the first GOP, with --max-error")
+      ->type_name("SIDE|auto");
+  verb->add_option("--max-error", options->max_error,
+                   "Cells (of the volumes) RMS that no frame may be further from its volume's isosurface (as "
+                   "`compare` finds it): "
+                   "each GOP gets the largest step that keeps to it")
       ->check(CLI::PositiveNumber)
       ->default_str("")
       ->excludes(step)

@@ -112,16 +112,19 @@ Result<EncodeRun::Worst> EncodeRun::measureAll(Gop& gop) {
     const std::size_t index = job_.volumes->size() == 1 ? 0 : frame;
     ISOREEL_ASSIGN(const Surface decoded, decoder.decode(packet.data));  // as anybody will see it
     ISOREEL_ASSIGN(const std::shared_ptr<const Volume> volume, volumeAt(index));
-    const inspect::Mesh mesh = inspect::meshOf(decoded);
+    const inspect::Mesh mesh = inspect::meshOf(decoded, volume->grid);
     const inspect::Mesh wanted = inspect::volumeIsosurface(*volume, job_.isovalues[gop.track][frame],
                                                            job_.settings.configuration.inside);
+    double cell = 1;  // of the volume's, in the mean
+    for (std::size_t k = 0; k < 3; ++k)
+      cell *= std::cbrt(static_cast<double>(volume->grid.nodes[k] - 1) / (decoded.grid.nodes[k] - 1));
     const inspect::Distance found =
         inspect::distance(mesh, wanted, inspect::samplesFor(mesh, wanted), parallelFor).symmetric;
     if (found.rms > worst.rms) worst = {frame, found.rms};
     if (!std::isfinite(found.rms)) continue;
     packet.header.error_kind = ErrorKind::kVolume;
-    packet.header.error_rms = static_cast<float>(found.rms);
-    packet.header.error_max = static_cast<float>(found.max);
+    packet.header.error_rms = static_cast<float>(found.rms / cell);  // cells of the file's grid
+    packet.header.error_max = static_cast<float>(found.max / cell);
   }
   return worst;
 }

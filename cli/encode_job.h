@@ -19,8 +19,8 @@ namespace isoreel::cli {
 /// How far frames may be from the volume's isosurface.
 struct ErrorLimit {
   bool measure = false;         // each frame, and tell of it in its header
-  std::optional<double> limit;  // of a frame's RMS distance, in cells: each GOP gets the largest step that
-                                // keeps to it, and settings.configuration.step says nothing
+  std::optional<double> limit;  // of a frame's RMS distance, in cells of the volume: each GOP gets the
+                                // largest step that keeps to it, and settings.configuration.step says nothing
 };
 
 struct EncodeJob {

@@ -49,10 +49,7 @@ Result<Scene> Scene::open(const RenderOptions& options) {
               fmt::format("{} has {}, --volumes {}", source.path, counted(count, "frame"),
                           counted(scene.volumes_->size(), "volume"))};
     }
-    if (scene.volumes_->grid().nodes != source.input.configuration.grid.nodes) {
-      return {ErrorCode::kInvalidArgument,
-              fmt::format("the grid of {} is not that of {}", scene.volumes_->name(0), source.path)};
-    }
+    ISOREEL_TRY(sameBox(*scene.volumes_, source.input.configuration.grid, source.path));
   }
   return scene;
 }
@@ -138,7 +135,7 @@ inspect::Attribute Scene::attributeOf(const Shown& shown, const inspect::Mesh& r
     }
     case Colour::kError:
       attribute = {
-          inspect::vertexDistance(shown.surface, reference, parallelFor),
+          inspect::vertexDistance(inspect::meshOf(shown.surface, volumes_->grid()), reference, parallelFor),
           {inspect::Palette::kSequential, 0, options_->range.value_or(0.1), "distance to the volume, cells"}};
       break;
   }

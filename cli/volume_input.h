@@ -6,6 +6,7 @@
 #include <isoreel/io/volume_reader.h>
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <map>
 #include <string>
 #include <vector>
@@ -51,5 +52,20 @@ struct VolumeInput {
         ->type_name("error|outside");
   }
 };
+
+/// Whether a file's surfaces are of these volumes: on their grid, or on a coarser one in the same box. Where
+/// grids are equal in size their placement is not compared, since not all formats know it.
+inline Status sameBox(const io::VolumeSequence& volumes, const Grid& grid, const std::string& path) {
+  const Grid& finer = volumes.grid();
+  bool same = true;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double length = finer.spacing[k] * (finer.nodes[k] - 1),
+                 other = grid.spacing[k] * (grid.nodes[k] - 1);
+    same = same && (finer.nodes == grid.nodes ||
+                    (grid.nodes[k] <= finer.nodes[k] && std::abs(length - other) <= 1e-6 * length));
+  }
+  if (same) return {};
+  return {ErrorCode::kInvalidArgument, "the grid of " + volumes.name(0) + " is not that of " + path};
+}
 
 }  // namespace isoreel::cli

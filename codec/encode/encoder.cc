@@ -8,6 +8,7 @@
 #include "encode/facts.h"
 #include "encode/frame_coder.h"
 #include "encode/height_coder.h"
+#include "extract/coarser.h"
 #include "extract/dual_contouring.h"
 #include "lattice/dual_mesh.h"
 #include "lattice/sheets.h"
@@ -85,7 +86,8 @@ PreparedFrame::~PreparedFrame() = default;
 struct Encoder::State {
   using Prepared = PreparedFrame::State;
 
-  EncoderSettings settings;
+  EncoderSettings settings;  // the grid is the one that is coded
+  std::array<std::uint32_t, 3> volume_nodes{};
   Bytes record;
   // The GOP so far.
   std::uint64_t key = 0;
@@ -136,6 +138,8 @@ Encoder::~Encoder() = default;
 
 Result<Encoder> Encoder::create(EncoderSettings settings) {
   ISOREEL_TRY(checkGrid(settings.configuration.grid));
+  if (!(settings.cell >= 1 && settings.cell <= kMaxCell))
+    return {ErrorCode::kInvalidArgument, "coded cells are 1 to 64 times as large as the volumes'"};
   if (settings.gop < 1) return {ErrorCode::kInvalidArgument, "a GOP has one frame at least"};
   const std::uint32_t block = settings.motion.block_log2;
   if (block != MotionSettings::kAnySize && (block < 2 || block > 5))
@@ -148,13 +152,16 @@ Result<Encoder> Encoder::create(EncoderSettings settings) {
                                  (main && settings.heights.mixed_signs ? kToolMixedSigns : 0) |
                                  (main && settings.heights.sheets ? kToolSheets : 0) |
                                  (main && settings.configuration.slices.most > 1 ? kToolSlices : 0);
-  ISOREEL_ASSIGN(Bytes record, writeConfiguration(settings.configuration));
   auto state = std::make_unique<State>();
+  state->volume_nodes = settings.configuration.grid.nodes;
+  settings.configuration.grid = coarserGrid(settings.configuration.grid, settings.cell);
+  ISOREEL_ASSIGN(Bytes record, writeConfiguration(settings.configuration));
   state->settings = std::move(settings);
   state->record = std::move(record);
   return Encoder(std::move(state));
 }
 
+const Configuration& Encoder::configuration() const { return state_->settings.configuration; }
 const Bytes& Encoder::configurationRecord() const { return state_->record; }
 
 Status Encoder::prepare(const Volume& volume, const FrameTiming& timing, PreparedFrame& frame) const {
@@ -192,17 +199,24 @@ Result<Packet> Encoder::encodeAgain(const Surface& surface, std::span<const Cell
 Status Encoder::State::prepare(const Volume& volume, Prepared& frame) const {
   const FrameTiming& timing = frame.timing;
   const Grid& grid = settings.configuration.grid;
-  if (volume.grid.nodes != grid.nodes) {
+  if (volume.grid.nodes != volume_nodes) {
     return {ErrorCode::kInvalidArgument,
             "frame " + std::to_string(timing.number) + ": its grid differs in size from the sequence's"};
   }
-  if (volume.samples.size() != grid.nodeCount()) {
+  if (volume.samples.size() != volume.grid.nodeCount()) {
     return {ErrorCode::kInvalidArgument,
             "frame " + std::to_string(timing.number) + ": fewer or more samples than its grid has nodes"};
   }
   if (!std::isfinite(timing.isovalue)) return {ErrorCode::kInvalidArgument, "the isovalue is not finite"};
 
-  ISOREEL_ASSIGN(frame.bitmap, SignBitmap::make(volume, timing.isovalue, settings.configuration.inside,
+  const bool coarser = grid.nodes != volume_nodes;
+  if (coarser && settings.non_finite == NonFinite::kRefuse) {
+    ISOREEL_TRY(SignBitmap::make(volume, timing.isovalue, settings.configuration.inside, settings.non_finite,
+                                 settings.parallel)
+                    .status());
+  }
+  const Volume lattice = coarser ? resampled(volume, grid, settings.parallel) : volume;
+  ISOREEL_ASSIGN(frame.bitmap, SignBitmap::make(lattice, timing.isovalue, settings.configuration.inside,
                                                 settings.non_finite, settings.parallel));
   frame.active = frame.bitmap.activeCells(settings.parallel);
   frame.cells = verticesOf(frame.active);
@@ -211,7 +225,7 @@ Status Encoder::State::prepare(const Volume& volume, Prepared& frame) const {
   frame.vertices.clear();
   if (!main() || settings.heights.fit == Fit::kExtracted)
     frame.vertices =
-        placeVertices(volume, timing.isovalue, frame.cells, settings.placement, settings.parallel);
+        placeVertices(lattice, timing.isovalue, frame.cells, settings.placement, settings.parallel);
   finish(&volume, frame);
   return {};
 }
@@ -266,7 +280,8 @@ void Encoder::State::finish(const Volume* volume, Prepared& frame) const {
                                  settings.parallel});
   if (!main()) return;
   if (volume != nullptr)
-    frame.field.emplace(*volume, frame.timing.isovalue, settings.configuration.inside, frame.active);
+    frame.field.emplace(*volume, frame.timing.isovalue, settings.configuration.inside,
+                        settings.configuration.grid, frame.active);
   frame.coder.emplace(*frame.input, frame.field ? &*frame.field : nullptr, settings.configuration.tools,
                       settings.heights, settings.parallel, frame.heights);
 }

@@ -77,11 +77,9 @@ std::vector<float> meanCurvature(const Surface& surface) {
   return result;
 }
 
-std::vector<float> vertexDistance(const Surface& surface, const Mesh& reference,
-                                  const ParallelFor& parallel) {
-  std::vector<float> result(surface.vertices.size(), 0.f);
+std::vector<float> vertexDistance(const Mesh& mesh, const Mesh& reference, const ParallelFor& parallel) {
+  std::vector<float> result(mesh.points.size(), 0.f);
   if (reference.triangles.empty()) return result;
-  const Mesh mesh = meshOf(surface);
   const NearestTriangle nearest(reference);
   parallel((result.size() + kChunk - 1) / kChunk, [&](std::size_t chunk) {
     std::uint32_t hint = 0;

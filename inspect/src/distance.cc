@@ -111,14 +111,17 @@ Distance toDistance(double mean_square, double largest_square) {
 
 }  // namespace
 
-Mesh meshOf(const Surface& surface) {
+Mesh meshOf(const Surface& surface) { return meshOf(surface, surface.grid); }
+
+Mesh meshOf(const Surface& surface, const Grid& grid) {
+  Vec3d scale;
+  for (std::size_t k = 0; k < 3; ++k)
+    scale[k] = static_cast<double>(grid.nodes[k] - 1) / (surface.grid.nodes[k] - 1) / kCell;
   Mesh mesh;
   mesh.triangles = surface.triangles();
   mesh.points.reserve(surface.vertices.size());
   for (const GridPosition& p : surface.vertices) {
-    mesh.points.push_back(
-        toFloat(Vec3d{static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])} *
-                (1.0 / kCell)));
+    mesh.points.push_back(toFloat({scale[0] * p[0], scale[1] * p[1], scale[2] * p[2]}));
   }
   return mesh;
 }

@@ -100,6 +100,50 @@ TEST_F(RateTest, NoFrameIsFurtherThanTheLimit) {
   fails("isoreel encode a.json -o z.isr --iso 0 --max-error 0.1 --size 1000", 2, "--max-error");
 }
 
+TEST_F(RateTest, CodedCellsMayBeLarger) {
+  balls("a", 21, {{{10, 10, 10}, 7.1}});
+  balls("b", 21, {{{10.4, 10, 9.8}, 7.6}});
+  describe("two", 21, {"a.raw", "b.raw"});
+  ok("isoreel encode two.json -o fine.isr --iso 0 --step 1/4");
+  ok("isoreel encode two.json -o x.isr --iso 0 --step 1/8 --cell 2 --measure");
+  EXPECT_LT(bytes("x.isr"), bytes("fine.isr"));
+  const auto compared = json("isoreel compare x.isr two.json --json");
+  const auto info = json("isoreel info x.isr --frames --json");
+  EXPECT_EQ(info["grid"]["nodes"], nlohmann::json({11, 11, 11}));
+  for (std::size_t i = 0; i < 2; ++i) {
+    // compare tells cells of the volume, the file those of its own grid.
+    const double rms = compared["frame_list"][i]["volume"]["rms"];
+    EXPECT_LT(rms, 0.1);
+    EXPECT_NEAR(2 * info["frame_list"][i]["error"]["rms"].get<double>(), rms, 1e-6) << i;
+  }
+  // Where it was is where it is.
+  ok("isoreel render x.isr -o x.png --frames 0 --color error --volumes two.json --size 64x64");
+  const auto fine_box = json("isoreel info fine.isr --frames --json")["frame_list"][0]["box"];
+  const auto box = info["frame_list"][0]["box"];
+  for (const char* end : {"min", "max"}) {
+    for (std::size_t k = 0; k < 3; ++k)
+      EXPECT_NEAR(box[end][k].get<double>(), fine_box[end][k].get<double>(), 0.5) << end << k;
+  }
+  ok("isoreel encode two.json -o y.isr --iso 0 --cell 2 --max-error 0.08");
+  EXPECT_LE(json("isoreel compare y.isr two.json --json")["volume"]["rms"].get<double>(), 0.08);
+  for (const char* side : {"0.5", "65", "1,2", "x", "auto"})
+    fails(fmt::format("isoreel encode two.json -o z.isr --iso 0 --cell {}", side), 2, "--cell");
+  // The largest cells that keep to a large distance take the fewest bytes; where the volume's just do, they
+  // are it.
+  const auto chosen = json("isoreel encode two.json -o z.isr --iso 0 --cell auto --max-error 0.3 --json");
+  EXPECT_GE(chosen["cell"].get<double>(), 2);
+  EXPECT_LT(chosen["bytes"]["total"].get<std::uint64_t>(), bytes("y.isr"));
+  EXPECT_LE(json("isoreel compare z.isr two.json --json")["volume"]["rms"].get<double>(), 0.3);
+  EXPECT_EQ(
+      json("isoreel encode two.json -o z.isr --force --iso 0 --cell auto --max-error 0.02 --json")["cell"],
+      1);
+  balls("c", 17, {{{8, 8, 8}, 5}});
+  describe("other", 17, {"c.raw", "c.raw"});
+  fails("isoreel compare x.isr other.json", 1, "the grid of other.json");
+  fails("isoreel encode two.json -o x.isr --iso 0 --append", 1, "it has another grid");
+  ok("isoreel encode two.json -o x.isr --iso 0 --append --cell 2");
+}
+
 TEST_F(RateTest, MeasuringChangesNoPacket) {
   sequence();
   ok("isoreel encode seq.json -o x.isr --iso 0 && isoreel encode seq.json -o y.isr --iso 0 --measure");

@@ -40,8 +40,8 @@ TEST(Curvature, OfABallIsOneOverItsRadius) {
 TEST(VertexDistance, IsThatToTheNearestPoint) {
   const Surface ball = sphereSurface({16, 16, 16}, 8);
   const Mesh larger = meshOf(sphereSurface({16, 16, 16}, 9));
-  for (const float d : vertexDistance(ball, larger, threadedFor(3))) ASSERT_NEAR(d, 1, 0.01);
-  for (const float d : vertexDistance(ball, Mesh())) ASSERT_EQ(d, 0);
+  for (const float d : vertexDistance(meshOf(ball), larger, threadedFor(3))) ASSERT_NEAR(d, 1, 0.01);
+  for (const float d : vertexDistance(meshOf(ball), Mesh())) ASSERT_EQ(d, 0);
 }
 
 TEST(ColourScale, RunsFromEndToEnd) {

@@ -98,7 +98,7 @@ Status begin(Element* element, const GstCaps* caps) {
   settings.configuration.time_base = timeBase(format);
   settings.parallel = threads(properties.jobs);
   ISOREEL_ASSIGN(Encoder encoder, Encoder::create(settings));
-  GstCaps* out = packetCaps(settings.configuration, encoder.configurationRecord(),
+  GstCaps* out = packetCaps(encoder.configuration(), encoder.configurationRecord(),
                             settings.configuration.time_base, format.frame);
   const bool taken = gst_pad_set_caps(element->src, out) != FALSE;
   gst_caps_unref(out);

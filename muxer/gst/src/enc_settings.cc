@@ -11,6 +11,7 @@ enum Property {
   kIso = 1,
   kInside,
   kStep,
+  kCellSide,
   kGop,
   kProfile,
   kFrameTypes,
@@ -99,6 +100,10 @@ void EncoderProperties::install(GObjectClass* klass) {
       gst_param_spec_fraction("step", "Step", "Quantiser step of vertices, as a part of a cell", 1, kCell, 1,
                               1, 1, 16, kFlags));
   g_object_class_install_property(
+      klass, kCellSide,
+      g_param_spec_double("cell", "Cell", "Side of a coded cell, in cells of the volumes", 1, kMaxCell,
+                          settings.cell, kFlags));
+  g_object_class_install_property(
       klass, kGop,
       g_param_spec_uint("gop", "GOP", "Frames from one that decodes alone to the next, at most", 1, 1u << 20,
                         settings.gop, kFlags));
@@ -176,6 +181,9 @@ void EncoderProperties::set(GObject* object, guint id, const GValue* value, GPar
     case kFit:
       settings.heights.fit = static_cast<Fit>(g_value_get_enum(value));
       break;
+    case kCellSide:
+      settings.cell = g_value_get_double(value);
+      break;
     case kSlices:
       settings.configuration.slices.most = g_value_get_uint(value);
       break;
@@ -227,6 +235,9 @@ void EncoderProperties::get(GObject* object, guint id, GValue* value, GParamSpec
       break;
     case kFit:
       g_value_set_enum(value, static_cast<gint>(settings.heights.fit));
+      break;
+    case kCellSide:
+      g_value_set_double(value, settings.cell);
       break;
     case kSlices:
       g_value_set_uint(value, settings.configuration.slices.most);

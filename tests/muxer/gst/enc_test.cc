@@ -243,12 +243,13 @@ TEST_F(Encode, presetFitAndSlicesAreThoseOfTheLibrary) {
     return all;
   };
   const auto wanted = [](Preset preset, Fit fit, std::optional<std::uint32_t> block = {},
-                         std::uint32_t slices = 1) {
+                         std::uint32_t slices = 1, double cell = 1) {
     EncoderSettings settings = ballSettings();
     usePreset(preset, settings);
     if (block) settings.motion.block_log2 = *block;
     settings.heights.fit = fit;
     settings.configuration.slices.most = slices;
+    settings.cell = cell;
     Result<Encoder> encoder = Encoder::create(settings);
     Bytes all;
     for (std::uint64_t i = 0; i < 4; ++i) {
@@ -270,6 +271,7 @@ TEST_F(Encode, presetFitAndSlicesAreThoseOfTheLibrary) {
   const Bytes slices = wanted(Preset::kDefault, Fit::kVolume, {}, 3);
   EXPECT_EQ(run("slices=3"), slices);
   EXPECT_NE(slices, plain);
+  EXPECT_EQ(run("cell=1.5"), wanted(Preset::kDefault, Fit::kVolume, {}, 1, 1.5));
 }
 
 TEST(VolumeSource, saysWhatIsWrong) {

@@ -63,7 +63,8 @@ struct HeightSettings {
 };
 
 struct EncoderSettings {
-  Configuration configuration;  // `tools` are set by the encoder
+  Configuration configuration;  // `tools` are set by the encoder; `grid` is the volumes'
+  double cell = 1;  // side of a coded cell, in cells of the volumes, 1 to kMaxCell: see coarserGrid()
   FrameTypes frame_types = FrameTypes::kIntra;
   std::uint32_t gop = 12;  // frames from one I frame to the next, at most; 1 or more
   MotionSettings motion;
@@ -72,6 +73,12 @@ struct EncoderSettings {
   NonFinite non_finite = NonFinite::kRefuse;
   ParallelFor parallel = serialFor;
 };
+
+inline constexpr double kMaxCell = 64;
+
+/// The grid on which surfaces are coded whose cells are to be `cell` times as large as those of the volumes,
+/// 1 to kMaxCell: in the same box, with as many nodes as give cells that are no larger than that, 2 at least.
+Grid coarserGrid(const Grid& grid, double cell);
 
 /// How much time an encoder takes.
 enum class Preset { kFast, kDefault, kBest };
@@ -122,11 +129,12 @@ class Encoder {
   ~Encoder();
 
   /// Codes the isosurface of `volume`, whose grid must equal the configuration's in size (placement is not
-  /// compared). A P packet is written for a frame whose number follows that of the frame before, within the
-  /// GOP limit, when it is smaller than the I packet. Memory beyond the volume: one bit per node and, of a
-  /// splash and a head of 129³, 100 to 120 bytes per vertex; 240 to 1300 with prediction, 800 to 1200 in
-  /// profile main, 900 to 2200 with both. `sizes` may be null.
-  /// When memory runs out (kLimit), the next frame starts a GOP.
+  /// compared). Where settings.cell is above 1, signs are those of the volume's trilinear interpolant at the
+  /// nodes of the coarser grid, and heights are chosen for the volume as it is. A P packet is written for a
+  /// frame whose number follows that of the frame before, within the GOP limit, when it is smaller than the I
+  /// packet. Memory beyond the volume: one bit per node and, of a splash and a head of 129³, 100 to 120 bytes
+  /// per vertex; 240 to 1300 with prediction, 800 to 1200 in profile main, 900 to 2200 with both. `sizes` may
+  /// be null. When memory runs out (kLimit), the next frame starts a GOP.
   Result<Packet> encode(const Volume& volume, const FrameTiming& timing, PacketSizes* sizes = nullptr);
 
   /// The same in two steps, so that a frame can be prepared while those before it are coded: prepare() may be
@@ -145,8 +153,10 @@ class Encoder {
   Result<Packet> encodeAgain(const Surface& surface, std::span<const Cell> cells, bool filled,
                              const FrameTiming& timing, PacketSizes* sizes = nullptr);
 
-  /// The configuration record that starts every I packet (also what a container stores): the settings' with
-  /// the flags of the tools that packets may use.
+  /// What packets are coded with: the settings', with the flags of the tools that they may use and the grid
+  /// that they are on.
+  const Configuration& configuration() const;
+  /// The configuration record that starts every I packet (also what a container stores) that.
   const Bytes& configurationRecord() const;
 
  private:

@@ -36,9 +36,9 @@ std::array<std::uint8_t, 3> colourOf(const ColourScale& scale, double value);
 /// border.
 std::vector<float> meanCurvature(const Surface& surface);
 
-/// Exact distance of each vertex to the nearest point of `reference`, in cells; 0 when `reference` has no
-/// triangle.
-std::vector<float> vertexDistance(const Surface& surface, const Mesh& reference,
+/// Exact distance of each point of `mesh` to the nearest point of `reference`, in cells; 0 when `reference`
+/// has no triangle.
+std::vector<float> vertexDistance(const Mesh& mesh, const Mesh& reference,
                                   const ParallelFor& parallel = serialFor);
 
 }  // namespace isoreel::inspect

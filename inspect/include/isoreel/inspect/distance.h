@@ -17,6 +17,8 @@ struct Mesh {
 
 /// The surface's triangles (shorter diagonal) with positions in cells.
 Mesh meshOf(const Surface& surface);
+/// The same in cells of another grid, which has its first and its last nodes where the surface's has them.
+Mesh meshOf(const Surface& surface, const Grid& grid);
 
 /// The volume's own isosurface: the trilinear interpolant of the samples, tessellated `refinement` times
 /// finer than the grid in each active cell (1 to 16; other values are brought into that range). Closed except
