@@ -71,6 +71,7 @@ Status orderShards(std::vector<SourceFile>& files) {
   }
   ISOREEL_ASSIGN(const std::vector<std::size_t> order, orderOfShards(shards, names));
   std::vector<SourceFile> sorted;
+  sorted.reserve(files.size());
   for (const std::size_t i : order) sorted.push_back(std::move(files[i]));
   files = std::move(sorted);
   return {};

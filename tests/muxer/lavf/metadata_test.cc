@@ -11,8 +11,8 @@ TEST_F(CarrierMetadata, TagsComeBackAsTheyWere) {
   std::string longer;
   for (int i = 0; i < 1500; ++i) longer += i % 7 == 0 ? "ö" : "a";
   for (const std::string& tags :
-       {std::string("{}"), std::string("{ \"title\" : \"Drops\", \"n\": [1, {\"a\": null}] }"),
-        "{\"note\":\"" + longer + "\"}"}) {
+       {std::string("{}"), std::string(R"({ "title" : "Drops", "n": [1, {"a": null}] })"),
+        R"({"note":")" + longer + "\"}"}) {
     for (const char* name : {"x.nut", "x.mov", "x.mp4", "x.mkv"}) {
       CarrierSettings settings;
       settings.tags = tags;

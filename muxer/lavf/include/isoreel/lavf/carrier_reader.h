@@ -15,8 +15,12 @@ namespace isoreel::lavf {
 /// beside it there. Such files have no index of facts, so opening reads all of it once. The packets are
 /// trusted for what they say themselves: type, counts, hash, and exact times where the carrier rounded them
 /// (spec mappings 4). Facts that no packet has (box, area, volume, components, Euler characteristic, errors)
-/// come from the carrier's tags when they are there, and are 0 when they are not. Safe for untrusted input,
-/// as far as libavformat is. Not thread-safe.
+/// come from the carrier's tags when they are there, and are 0 when they are not. Not thread-safe.
+///
+/// Safe for untrusted input, as far as libavformat is: it takes the memory that a file's tables claim (two
+/// indices of 1.4 GB each for a MOV of 1,895 bytes) before it looks whether the file holds as much. Its only
+/// bound is the process's, and so the program's to set: av_max_alloc() (libavutil/mem.h), before open(), to 8
+/// bytes for each of the file's and 8 MiB, which no table in a whole file needs more than.
 class CarrierReader final : public PacketSource {
  public:
   /// The reader owns the source. From one that is not seekable, packets are kept in memory. `track`: the name
