@@ -96,7 +96,7 @@ TEST_P(Memory, IsReckonedBeforeItIsTaken) {
     const std::uint64_t each = high / readPacketHeader(packets[1])->vertices;
     const bool whole = shape.at == ball;
     EXPECT_GT(each, whole ? 150u : 2500u);
-    EXPECT_LT(each, whole ? 700u : 10000u);
+    EXPECT_LT(each, whole ? 500u : 8000u);
   }
 }
 
