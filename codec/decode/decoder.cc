@@ -165,7 +165,8 @@ struct Decoder::State {
   HeightFrame heights;
   CellIndex index;
   SignTreeMemory tree_memory;
-  std::vector<Cell> cells;  // of the vertices of the surface decoded last
+  std::vector<Cell> cells;     // of the vertices of the surface decoded last
+  std::uint32_t room_for = 0;  // vertices: what of the above is kept only for its room was so large once
   // What a P packet goes on from: the packet decoded last, when it was decoded whole.
   std::optional<Configuration> configuration;
   std::uint64_t last = 0;
@@ -193,6 +194,11 @@ struct Decoder::State {
             "the limit of " +
                 std::to_string(most) + " bytes"};
   }
+  /// Frees what is kept only for its room when surfaces have become much smaller.
+  void keepFor(std::uint32_t vertices) {
+    if (vertices < room_for / 3 * 2) dropKept();
+    room_for = std::max(room_for, vertices);
+  }
   Result<Surface> decode(ByteSpan packet, const DecodeOptions& options);
   std::uint64_t keptBytes() const {
     return heights.bytes() + index.bytes() + tree_memory.bytes() + bytesOf(cells);
@@ -201,7 +207,8 @@ struct Decoder::State {
     heights = {};
     index = {};
     tree_memory = {};
-    cells = {};
+    cells = std::vector<Cell>();
+    room_for = 0;
   }
 
   /// The configuration that the packet is decoded with. OK for a P packet only right after its reference.
@@ -276,6 +283,7 @@ Result<Surface> Decoder::State::decode(ByteSpan packet, const DecodeOptions& opt
   const Configuration with = *configuration;
   configuration.reset();  // until this packet is decoded whole, nothing can go on from it
 
+  keepFor(header.vertices);
   const Grid& grid = with.grid;
   tree_memory.cells = std::move(cells);
   SignTree<RangeGet, UnknownTruth> tree(grid, {}, header.vertices, with.slices, std::move(tree_memory));

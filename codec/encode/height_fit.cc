@@ -134,11 +134,10 @@ HeightWeights fitHeights(const HeightFrame& frame, std::uint32_t tools, double s
     std::array<std::vector<Example<HeightWeights::kMovedInputs>>, 2> moved;
     for (const Surroundings::Run& run : frame.around.runs) {
       const Surroundings::Colour& list = run.colours[colour];
-      const std::uint32_t* links = list.links.data();
+      Surroundings::Links links(run, static_cast<std::uint32_t>(colour));
       for (std::size_t n = 0; n < list.cells.size(); ++n) {
         const std::uint32_t i = list.cells[n];
-        const std::uint32_t* const own_links = links;
-        links += Surroundings::linkCount(list.counts[n]);
+        const std::uint32_t* const own_links = links.next(list.counts[n]);
         if (n % every != 0) continue;
         const heights::Coded coded = heights::around(frame.parts.data(), colour, list.counts[n], own_links,
                                                      tools, !frame.moved.empty());

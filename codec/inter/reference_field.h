@@ -24,22 +24,19 @@ struct ReferencePlane {
 
 /// Distances at the nodes around the surface, in 1/4096 of a cell, outside positive: each node's to the plane
 /// of the vertex nearest to it, of those that have it among the 27 nodes around their own nearest one. Memory
-/// follows the surface.
+/// follows the surface. It is built in waves: of bricks that have all their vertices only the distances stay.
 class ReferenceField {
  public:
-  /// Positions not below 0, in any order; the fewer bricks between neighbours in it, the faster. False, and
-  /// an empty field, when it would take more than `most` bytes: small pieces of a surface, each in bricks of
-  /// its own, take up to 10 kilobytes a vertex.
+  /// Positions not below 0, in any order; the fewer bricks between neighbours in it, the faster, and the less
+  /// memory it takes meanwhile. False, and an empty field, when it would take more than `most` bytes at any
+  /// time: small pieces of a surface, each in bricks of its own, take up to 10 kilobytes a vertex.
   bool build(std::span<const ReferencePlane> planes,
              std::uint64_t most = std::numeric_limits<std::uint64_t>::max(),
              const ParallelFor& parallel = serialFor);
   /// Keeps its memory.
   void clear();
   /// Memory beyond the object itself.
-  std::uint64_t bytes() const {
-    return map_.bytes() + bytesOf(bricks_) + bytesOf(sources_) + bytesOf(source_of_) + bytesOf(places_) +
-           bytesOf(links_) + bytesOf(first_links_);
-  }
+  std::uint64_t bytes() const { return map_.bytes() + bytesOf(places_) + bytesOf(bricks_); }
 
  private:
   // 9×9×9 nodes: neighbouring bricks share those of their faces, so that the eight nodes of any cell are in
@@ -49,44 +46,14 @@ class ReferenceField {
   static constexpr std::int32_t kRow = kSide + 1, kPlane = kRow * kRow;
   using Brick = std::array<std::int16_t, std::size_t{kSide + 1} * kPlane>;
 
-  /// What the vertices nearest to the 8×8×8 first nodes of a brick say: of nodes -1 to 8. A node is a number
-  /// whose high half is the squared distance of the nearest vertex, 1/4096 of a cell squared, and whose low
-  /// half is the plane's distance + 32768: the least is the nearest.
-  struct Source {
-    // Rows have room for reading and writing four nodes at a time.
-    static constexpr std::int32_t kRow = kSide + 5, kPlane = (kSide + 2) * kRow;
-    std::array<std::int32_t, std::size_t{kSide + 2} * kPlane> nodes;
-    std::uint32_t
-        reaches;  // bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1): the brick at that offset has some of them
-    // Leaves them as they are: they are many, and by default they would be cleared.
-    Source() {}  // NOLINT(modernize-use-equals-default)
-  };
   struct Place {
     std::int32_t x, y, z;  // coordinates / 8
   };
-
-  // That a source has nodes of a brick; the next one's place in links_.
-  struct Link {
-    std::uint32_t source, offset, next;
-  };
-  static constexpr std::int32_t kWide = kSide + 4;  // a row of a brick's nodes while they are gathered
-
-  bool findSources(std::span<const ReferencePlane> planes, std::uint64_t most);
-  void addPlanes(std::span<const ReferencePlane> planes, const ParallelFor& parallel);
-  static void add(const ReferencePlane& plane, Source& source);
-  bool link(std::uint64_t most);
-  void gather(std::uint32_t number);
-  template <std::size_t Offset>
-  static void merge(const std::int32_t* source, std::int32_t* nodes);
-  static void mergeFrom(const std::int32_t* source, std::uint32_t offset, std::int32_t* nodes);
+  class Builder;
 
   BrickMap map_;
   std::vector<Place> places_;
   std::vector<Brick> bricks_;
-  std::vector<Source> sources_;           // of the first bricks
-  std::vector<std::uint32_t> source_of_;  // by plane
-  std::vector<Link> links_;
-  std::vector<std::uint32_t> first_links_;  // by brick
 
  public:
   /// Looks places up; remembers the bricks of the last ones. One for each thread, for a field that stays as

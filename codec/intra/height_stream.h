@@ -24,13 +24,16 @@ struct HeightFrame {
   // As they are coded.
   std::vector<std::int16_t> heights;  // above the predicted points along their normals, 1/16384 of a cell
   /// What each coded vertex adds to the sums of those linked to it (see heights::partOf), from place 1 on;
-  /// place 0 has nothing.
+  /// place 0 has nothing. In the memory that around.signs have until they are of no more use.
   std::vector<std::uint64_t> parts;
 
   void build(std::span<const Cell> cells, const CellIndex& index, const Grid& grid, const Slices& slices = {},
              const ParallelFor& parallel = serialFor) {
+    around.signs.swap(parts);
     around.build(cells, index, slices, parallel);
     predicted.build(cells, around, grid.nodes, parallel);
+    around.signs.swap(parts);
+    around.link(cells, index, parallel);
     moved.clear();
     setSize(heights, cells.size());
     setSize(parts, cells.size() + 1);
@@ -42,7 +45,7 @@ struct HeightFrame {
   }
   static std::uint64_t bytesFor(std::size_t cells, std::size_t bricks, std::size_t slices) {
     return Surroundings::bytesFor(cells, bricks, slices) + SignPrediction::bytesFor(cells) +
-           cells * (sizeof(MovedHeight) + sizeof(std::int16_t)) + roomFor(cells + 1) * sizeof(std::uint64_t);
+           cells * (sizeof(MovedHeight) + sizeof(std::int16_t)) + 16 * sizeof(std::uint64_t);
   }
 };
 
@@ -194,13 +197,12 @@ void codeHeights(Coder& coder, HeightModels& models, const HeightWeights& weight
       const Surroundings::Colour& list = run.colours[colour];
       const std::uint32_t* const places = list.cells.data();
       const std::uint8_t* const counts = list.counts.data();
-      const std::uint32_t* links = list.links.data();
+      Surroundings::Links links(run, colour);
       const std::size_t count = list.cells.size();
       for (std::size_t n = 0; n < count; ++n) {
         const std::uint32_t i = places[n];
         const heights::Coded coded =
-            heights::around(parts, colour, counts[n], links, tools, all_moved != nullptr);
-        links += Surroundings::linkCount(counts[n]);
+            heights::around(parts, colour, counts[n], links.next(counts[n]), tools, all_moved != nullptr);
         const SignInputs& inputs = all_inputs[i];
         const std::int32_t sum =
             32 + plain[0] * coded.near + plain[1] * coded.far + weighed(inputs, plain_inputs);

@@ -61,7 +61,7 @@ inline std::int16_t bendOf(std::int32_t cosines) {
 /// A cell and those across its faces, as in Surroundings. Of points and normals, both see SignPrediction.
 struct CellAround {
   std::uint32_t cell;
-  const std::array<std::uint32_t, 6>& across;
+  const std::uint32_t* across;  // six
   std::uint8_t faces;
 };
 
@@ -74,7 +74,7 @@ inline Lanes meanAround(const Lanes* points, const CellAround& at) {
   Lanes result;
   for (std::size_t k = 0; k < 3; ++k) {
     std::int32_t sum = sign_lanes::kOffsets[at.faces].v[k];
-    for (const std::uint32_t j : at.across) sum += points[j].v[k];
+    for (std::size_t face = 0; face < 6; ++face) sum += points[at.across[face]].v[k];
     const std::int32_t mean = ((sum * 10923) >> 16) - sign_lanes::kBias / 6;
     result.v[k] = static_cast<std::int16_t>(
         std::clamp<std::int32_t>(mean, sign_lanes::kMargin, sign_lanes::kUnit - sign_lanes::kMargin));
@@ -168,7 +168,7 @@ inline Lanes meanAround(const Lanes* points, const CellAround& at) {
   constexpr auto kBias = static_cast<std::int16_t>(sign_lanes::kBias / 6), kLow = sign_lanes::kMargin;
   constexpr auto kHigh = static_cast<std::int16_t>(sign_lanes::kUnit - kLow);
   __m128i sum = sse2::one(sign_lanes::kOffsets[at.faces]);
-  for (const std::uint32_t j : at.across) sum = _mm_add_epi16(sum, sse2::one(points[j]));
+  for (std::size_t face = 0; face < 6; ++face) sum = _mm_add_epi16(sum, sse2::one(points[at.across[face]]));
   const __m128i mean = _mm_sub_epi16(_mm_mulhi_epi16(sum, _mm_set1_epi16(10923)),
                                      _mm_setr_epi16(kBias, kBias, kBias, 0, 0, 0, 0, 0));
   const __m128i kept = _mm_min_epi16(_mm_max_epi16(mean, _mm_setr_epi16(kLow, kLow, kLow, 0, 0, 0, 0, 0)),

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <utility>
 
 #include "lattice/sign_tables.h"
 
@@ -74,7 +75,7 @@ Lanes normalOf(std::uint64_t signs, std::uint8_t corners) {
 }  // namespace
 
 std::uint64_t SignPrediction::bytes() const {
-  std::uint64_t sum = bytesOf(points) + bytesOf(normals) + bytesOf(inputs) + bytesOf(other_);
+  std::uint64_t sum = bytesOf(points) + bytesOf(normals) + bytesOf(inputs);
   for (const auto& cells : at_border_) sum += bytesOf(cells);
   return sum + bytesOf(at_border_);
 }
@@ -85,37 +86,46 @@ void SignPrediction::build(std::span<const Cell> cells, const Surroundings& arou
   setSize(points, count);
   setSize(normals, count);
   setSize(inputs, count);
-  setSize(other_, count);
+  // The memory for normals, which are found last, has the points of every second round.
+  static_assert(kRounds % 2 == 1);
+  std::vector<Lanes>*from = &normals, *to = &points;
   const std::vector<Surroundings::Run>& runs = around.runs;
   at_border_.resize(runs.size());
   parallel(runs.size(), [&](std::size_t n) {
     at_border_[n].clear();
     for (std::uint32_t i = runs[n].first; i < runs[n].end; ++i) {
       const Cell& cell = cells[i];
-      points[i] = kStarts[cell.corners];
-      normals[i] = normalOf(around.signs[i], cell.corners);
+      (*from)[i] = kStarts[cell.corners];
       if (cell.x - 1u >= nodes[0] - 3 || cell.y - 1u >= nodes[1] - 3 || cell.z - 1u >= nodes[2] - 3)
         at_border_[n].push_back(i);
     }
   });
-  const auto at = [&](std::uint32_t i) { return CellAround{i, around.across[i], around.faces[i]}; };
+  const auto at = [&](const Surroundings::Run& run, std::uint32_t i) {
+    return CellAround{i, run.across(i), around.faces[i]};
+  };
   for (int round = 0; round < kRounds; ++round) {
     parallel(runs.size(), [&](std::size_t n) {
+      const Lanes* const before = from->data();
+      Lanes* const after = to->data();
       for (std::uint32_t i = runs[n].first; i < runs[n].end; ++i)
-        other_[i] = meanAround(points.data(), at(i));
+        after[i] = meanAround(before, at(runs[n], i));
       // At the grid's border the coordinate across it is kept, or the rim would shrink.
       for (const std::uint32_t i : at_border_[n]) {
         const std::array<std::uint32_t, 3> place{cells[i].x, cells[i].y, cells[i].z};
         for (std::size_t k = 0; k < 3; ++k) {
-          if (place[k] == 0 || place[k] + 2 == nodes[k]) other_[i].v[k] = kStarts[cells[i].corners].v[k];
+          if (place[k] == 0 || place[k] + 2 == nodes[k]) after[i].v[k] = kStarts[cells[i].corners].v[k];
         }
       }
     });
-    points.swap(other_);
+    std::swap(from, to);
   }
   parallel(runs.size(), [&](std::size_t n) {
     for (std::uint32_t i = runs[n].first; i < runs[n].end; ++i)
-      inputs[i] = inputsOf(points.data(), normals.data(), kStarts[cells[i].corners], at(i));
+      normals[i] = normalOf(around.signs[i], cells[i].corners);
+  });
+  parallel(runs.size(), [&](std::size_t n) {
+    for (std::uint32_t i = runs[n].first; i < runs[n].end; ++i)
+      inputs[i] = inputsOf(points.data(), normals.data(), kStarts[cells[i].corners], at(runs[n], i));
   });
 }
 

@@ -28,11 +28,10 @@ struct SignPrediction {
   /// which doubles as it grows, the old and the new one are there at once.
   std::uint64_t bytes() const;
   static std::uint64_t bytesFor(std::size_t cells) {
-    return cells * (3 * sizeof(Lanes) + sizeof(SignInputs) + 3 * sizeof(std::uint32_t));
+    return cells * (2 * sizeof(Lanes) + sizeof(SignInputs) + 3 * sizeof(std::uint32_t));
   }
 
  private:
-  std::vector<Lanes> other_;
   std::vector<std::vector<std::uint32_t>> at_border_;  // by run
 };
 

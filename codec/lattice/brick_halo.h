@@ -44,6 +44,10 @@ class BrickHalo {
   void gatherLower(const Own* owns, const std::array<std::uint32_t, 27>& around) {
     gather(owns, around, std::index_sequence<0, 1, 3, 4, 9, 10, 12, 13>());
   }
+  /// Those of the brick itself, and those across its faces.
+  void gatherFaces(const Own* owns, const std::array<std::uint32_t, 27>& around) {
+    gather(owns, around, std::index_sequence<4, 10, 12, 13, 14, 16, 22>());
+  }
   /// The place of the cell in a slot, or kNone.
   std::uint32_t operator[](std::size_t slot) const { return places_[slot]; }
 

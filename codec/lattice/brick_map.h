@@ -22,7 +22,7 @@ class BrickMap {
   /// The same, with room for so many bricks: it takes bytesFor(bricks) and no more.
   void clear(std::size_t bricks) {
     const std::size_t slots = slotsFor(bricks);
-    if (slots_.capacity() < slots) slots_ = {};
+    if (slots_.capacity() < slots) slots_ = std::vector<Slot>();
     slots_.assign(slots, Slot{});
     count_ = 0;
   }

@@ -118,19 +118,23 @@ constexpr std::array<std::ptrdiff_t, 8> kCornerSteps{stepOf(-1, -1, -1), stepOf(
                                                      stepOf(1, 1, -1),   stepOf(-1, -1, 1), stepOf(1, -1, 1),
                                                      stepOf(-1, 1, 1),   stepOf(1, 1, 1)};
 
-// Of a vertex, and what may be read behind the last.
-constexpr std::size_t kMostLinks = 14, kReadBehind = 16;
-
-// Adds the cells at `steps` from a slot that lie from `first` on, before `end`; returns how many.
-template <std::size_t N>
-std::uint8_t link(const BrickHalo& halo, std::size_t slot, const std::array<std::ptrdiff_t, N>& steps,
-                  std::uint32_t first, std::uint32_t end, std::uint32_t* to) {
-  std::size_t count = 0;
+// Puts the cells at `steps` from a slot that lie from `first` on, before `end`, at `to`, or in front of it
+// when Step is -1; returns how many.
+template <int Step, std::size_t N>
+std::uint8_t putLinks(const BrickHalo& halo, std::size_t slot, const std::array<std::ptrdiff_t, N>& steps,
+                      std::uint32_t first, std::uint32_t end, std::uint32_t* to) {
+  std::ptrdiff_t count = 0;
   for (const std::ptrdiff_t step : steps) {
-    to[count] = halo[slot + static_cast<std::size_t>(step)];
-    count += to[count] - first < end - first;
+    const std::uint32_t place = halo[slot + static_cast<std::size_t>(step)];
+    to[Step > 0 ? count : -1 - count] = place;
+    count += place - first < end - first;
   }
   return static_cast<std::uint8_t>(count);
+}
+
+// Whether a cell's first sheet is followed by others.
+bool hasSiblings(std::span<const Cell> cells, std::uint32_t first) {
+  return first + 1 < cells.size() && sameCell(cells[first], cells[first + 1]);
 }
 
 Surroundings::OwnNodes ownNodesOf(std::span<const Cell> cells, const CellIndex::Brick& brick) {
@@ -160,17 +164,16 @@ Surroundings::OwnNodes ownNodesOf(std::span<const Cell> cells, const CellIndex::
 }  // namespace
 
 std::uint64_t Surroundings::bytes() const {
-  std::uint64_t sum = bytesOf(runs) + bytesOf(across) + bytesOf(faces) + bytesOf(signs) + bytesOf(own_nodes_);
+  std::uint64_t sum = bytesOf(runs) + bytesOf(spans_) + bytesOf(faces) + bytesOf(signs) + bytesOf(own_nodes_);
   for (const Run& run : runs) {
-    for (const Colour& colour : run.colours)
-      sum += bytesOf(colour.cells) + bytesOf(colour.counts) + bytesOf(colour.links);
+    sum += bytesOf(run.words);
+    for (const Colour& colour : run.colours) sum += bytesOf(colour.cells) + bytesOf(colour.counts);
   }
   return sum;
 }
 
 void Surroundings::build(std::span<const Cell> cells, const CellIndex& index, const Slices& slices,
                          const ParallelFor& parallel) {
-  setSize(across, cells.size());
   setSize(faces, cells.size());
   setSize(signs, cells.size());
   const std::size_t bricks = index.bricks().size();
@@ -185,113 +188,171 @@ void Surroundings::build(std::span<const Cell> cells, const CellIndex& index, co
   };
   const std::vector<std::uint32_t> starts =
       sliceStarts(index.bricks(), isoreel::sliceCount(cells.size(), slices));
-  std::vector<Span> spans;
+  spans_.clear();
   slice_runs.assign(1, 0);
   for (std::size_t slice = 0; slice + 1 < starts.size(); ++slice) {
     const std::uint32_t first = placeOf(starts[slice]), end = placeOf(starts[slice + 1]);
     const std::size_t pieces = runCount(end - first, kRun), in_slice = starts[slice + 1] - starts[slice];
     for (std::size_t n = 0; n < pieces; ++n) {
-      spans.push_back({starts[slice] + runStart(n, pieces, in_slice),
-                       starts[slice] + runStart(n + 1, pieces, in_slice), first, end});
+      spans_.push_back({starts[slice] + runStart(n, pieces, in_slice),
+                        starts[slice] + runStart(n + 1, pieces, in_slice), first, end});
     }
-    slice_runs.push_back(static_cast<std::uint32_t>(spans.size()));
+    slice_runs.push_back(static_cast<std::uint32_t>(spans_.size()));
   }
-  runs.resize(spans.size());
+  runs.resize(spans_.size());
   parallel(runs.size(), [&](std::size_t n) {
-    runs[n].first = placeOf(spans[n].first_brick);
-    runs[n].end = placeOf(spans[n].end_brick);
-    buildRun(cells, index, spans[n], runs[n]);
+    runs[n].first = placeOf(spans_[n].first_brick);
+    runs[n].end = placeOf(spans_[n].end_brick);
+    buildRun(cells, index, spans_[n], runs[n]);
   });
+}
+
+void Surroundings::link(std::span<const Cell> cells, const CellIndex& index, const ParallelFor& parallel) {
+  parallel(runs.size(), [&](std::size_t n) { linkRun(cells, index, spans_[n], runs[n]); });
 }
 
 void Surroundings::buildRun(std::span<const Cell> cells, const CellIndex& index, const Span& where,
                             Run& run) {
-  std::array<Colour, 2>& colours = run.colours;
-  for (Colour& colour : colours) {
-    setSize(colour.cells, run.end - run.first);
-    setSize(colour.counts, run.end - run.first);
-  }
-  // Whether a cell's first sheet is followed by others.
-  const auto hasSiblings = [&](std::uint32_t first) {
-    return first + 1 < cells.size() && sameCell(cells[first], cells[first + 1]);
-  };
-  std::array<std::size_t, 2> used{}, listed{};
+  setSize(run.words, 6 * std::size_t{run.end - run.first} + kReadBehind);
+  std::uint32_t* across = run.words.data();
+  run.odd = 0;
   Nodes nodes;
   BrickHalo halo;
-  std::array<std::array<std::uint8_t, 4 * 32>, 2> slots;  // of the brick's vertices, by colour
   for (std::size_t number = where.first_brick; number < where.end_brick; ++number) {
     const CellIndex::Brick& brick = index.bricks()[number];
-    halo.gather(index.owns(), index.around(number));
+    halo.gatherFaces(index.owns(), index.around(number));
     nodes.gather(own_nodes_.data(), index.around(number));
     nodes.extend();
-    for (std::size_t k = 0; k < 2; ++k) {
-      const std::size_t room = kMostLinks * brick.count + kReadBehind;
-      if (colours[k].links.size() < used[k] + room)
-        colours[k].links.resize(used[k] + used[k] / 4 + 64 * kMostLinks + room);
-    }
-    const std::array<std::size_t, 2> before = listed;
     const bool repeats = index.repeatsAround(number);
-    for (std::uint32_t i = brick.first; i < brick.first + brick.count; ++i) {
+    for (std::uint32_t i = brick.first; i < brick.first + brick.count; ++i, across += 6) {
       const Cell& cell = cells[i];
       const int x = cell.x & 3, y = cell.y & 3, z = cell.z & 3;
+      run.odd += static_cast<std::uint32_t>(x + y + z) & 1;
       signs[i] = nodes.around(x, y, z);
       const std::size_t slot = BrickHalo::slot(x, y, z);
       std::uint32_t present = kMixedFaces[cell.corners];
       std::uint32_t all = 0;
       for (std::size_t face = 0; face < 6; ++face) {
         const std::uint32_t other = halo[slot + static_cast<std::size_t>(kFaceSteps[face])];
-        all |= across[i][face] = (present >> face & 1) != 0 ? other : i;
+        all |= across[face] = (present >> face & 1) != 0 ? other : i;
       }
       if (all > CellIndex::kNone / 2) {  // seldom: the grid may end there
         for (std::size_t face = 0; face < 6; ++face) {
-          if (across[i][face] != CellIndex::kNone) continue;
-          across[i][face] = i;
+          if (across[face] != CellIndex::kNone) continue;
+          across[face] = i;
           present &= ~(1u << face);
         }
       }
       faces[i] = static_cast<std::uint8_t>(present);
-      if (repeats) {
-        // The nodes already are as a sheet sees them that is alone in its cell.
-        if ((i > 0 && sameCell(cells[i - 1], cell)) || hasSiblings(i)) signs[i] = signsAround(signs[i], cell);
-        for (std::uint32_t& other : across[i]) {
-          if (other != i && hasSiblings(other)) other = facingSheet(cells, other, cell);
-        }
-      }
-      const std::size_t odd = static_cast<std::size_t>(x + y + z) & 1;
-      Colour& colour = colours[odd];
-      colour.cells[listed[odd]] = i;
-      slots[odd][listed[odd]++ - before[odd]] = static_cast<std::uint8_t>(slot);
-    }
-    const std::array<std::size_t, 2> first_links = used;
-    // Each colour by itself: which a cell is of nobody guesses.
-    for (std::size_t n = before[0]; n < listed[0]; ++n) {
-      Colour& even = colours[0];
-      even.counts[n] = link(halo, slots[0][n - before[0]], kEdgeSteps, where.first, even.cells[n],
-                            even.links.data() + used[0]);
-      used[0] += even.counts[n];
-    }
-    for (std::size_t n = before[1]; n < listed[1]; ++n) {
-      Colour& odd = colours[1];
-      const std::size_t slot = slots[1][n - before[1]];
-      std::uint32_t* const to = odd.links.data() + used[1];
-      const std::uint32_t near = link(halo, slot, kFaceSteps, where.first, where.end, to);
-      const std::uint32_t far = link(halo, slot, kCornerSteps, where.first, where.end, to + near);
-      odd.counts[n] = static_cast<std::uint8_t>(near | far << 4);
-      used[1] += near + far;
-    }
-    for (std::size_t k = 0; k < (repeats ? 2 : 0); ++k) {
-      std::uint32_t* to = colours[k].links.data() + first_links[k];
-      for (std::size_t n = before[k]; n < listed[k]; ++n) {
-        const Cell& cell = cells[colours[k].cells[n]];
-        for (std::uint32_t left = linkCount(colours[k].counts[n]); left > 0; --left, ++to) {
-          if (hasSiblings(*to)) *to = facingSheet(cells, *to, cell);
-        }
+      if (!repeats) continue;
+      // The nodes already are as a sheet sees them that is alone in its cell.
+      if ((i > 0 && sameCell(cells[i - 1], cell)) || hasSiblings(cells, i))
+        signs[i] = signsAround(signs[i], cell);
+      for (std::size_t face = 0; face < 6; ++face) {
+        if (across[face] != i && hasSiblings(cells, across[face]))
+          across[face] = facingSheet(cells, across[face], cell);
       }
     }
   }
+}
+
+namespace {
+
+// The links of a run while they are found: those of even cells end at `front`, those of odd ones begin at
+// `back`.
+struct Found {
+  std::vector<std::uint32_t>& words;
+  std::uint32_t *front, *back;
+
+  explicit Found(std::vector<std::uint32_t>& in) : words(in) {
+    words.resize(words.capacity());
+    front = words.data();
+    back = words.data() + words.size() - Surroundings::kReadBehind;
+  }
+  // Makes room for `more` between them. `part`: how much of all cells have their links; `most` words.
+  void widen(std::size_t more, double part, std::size_t most) {
+    const std::size_t in_front = static_cast<std::size_t>(front - words.data());
+    const std::size_t behind = words.size() - static_cast<std::size_t>(back - words.data());
+    const std::size_t used = in_front + behind;
+    const auto all = static_cast<std::size_t>(static_cast<double>(used) / part);
+    std::vector<std::uint32_t> wider(std::min(std::max(all + all / 16, used + used / 8) + more, most));
+    std::copy_n(words.data(), in_front, wider.data());
+    std::copy_n(back, behind, wider.data() + wider.size() - behind);
+    words = std::move(wider);
+    front = words.data() + in_front;
+    back = words.data() + words.size() - behind;
+  }
+};
+
+// Of cells that face cells with several sheets: which of these it is.
+void faceSheets(std::span<const Cell> cells, std::uint32_t cell, std::uint32_t* links, std::uint32_t count) {
+  for (std::uint32_t n = 0; n < count; ++n) {
+    if (hasSiblings(cells, links[n])) links[n] = facingSheet(cells, links[n], cells[cell]);
+  }
+}
+
+}  // namespace
+
+void Surroundings::linkRun(std::span<const Cell> cells, const CellIndex& index, const Span& where, Run& run) {
+  const std::size_t count = run.end - run.first;
+  std::array<std::uint32_t*, 2> lists{};
+  std::array<std::uint8_t*, 2> counts{};
   for (std::size_t k = 0; k < 2; ++k) {
-    colours[k].cells.resize(listed[k]);
-    colours[k].counts.resize(listed[k]);
+    Colour& colour = run.colours[k];
+    setSize(colour.cells, k == 0 ? count - run.odd : run.odd);
+    setSize(colour.counts, colour.cells.size());
+    lists[k] = colour.cells.data();
+    counts[k] = colour.counts.data();
+  }
+  Found found(run.words);
+  const std::uint32_t first = where.first, end = where.end;
+  BrickHalo halo;
+  std::array<std::array<std::uint32_t, 4 * 32>, 2> places;
+  std::array<std::array<std::uint8_t, 4 * 32>, 2> slots;  // of the brick's vertices, by colour
+  for (std::size_t number = where.first_brick; number < where.end_brick; ++number) {
+    const CellIndex::Brick& brick = index.bricks()[number];
+    halo.gather(index.owns(), index.around(number));
+    const std::size_t room = kMostLinks * brick.count + 2;  // what does not count is written as well
+    if (found.back - found.front < static_cast<std::ptrdiff_t>(room)) {
+      found.widen(room, static_cast<double>(brick.first - run.first + 1) / static_cast<double>(count),
+                  kMostLinks * count + kReadBehind + 2);
+    }
+    std::array<std::size_t, 2> here{};
+    for (std::uint32_t i = brick.first; i < brick.first + brick.count; ++i) {
+      const int x = cells[i].x & 3, y = cells[i].y & 3, z = cells[i].z & 3;
+      const std::size_t odd = static_cast<std::size_t>(x + y + z) & 1;
+      places[odd][here[odd]] = i;
+      slots[odd][here[odd]++] = static_cast<std::uint8_t>(BrickHalo::slot(x, y, z));
+    }
+    std::uint32_t *even = found.front, *odd = found.back;
+    // Each colour by itself: which a cell is of nobody guesses.
+    for (std::size_t n = 0; n < here[0]; ++n) {
+      counts[0][n] = putLinks<1>(halo, slots[0][n], kEdgeSteps, first, places[0][n], even);
+      even += counts[0][n];
+    }
+    for (std::size_t n = 0; n < here[1]; ++n) {
+      const std::uint32_t far = putLinks<-1>(halo, slots[1][n], kCornerSteps, first, end, odd);
+      odd -= far;
+      const std::uint32_t near = putLinks<-1>(halo, slots[1][n], kFaceSteps, first, end, odd);
+      odd -= near;
+      counts[1][n] = static_cast<std::uint8_t>(near | far << 4);
+    }
+    if (index.repeatsAround(number)) {
+      std::uint32_t *of_even = found.front, *of_odd = found.back;
+      for (std::size_t n = 0; n < here[0]; of_even += counts[0][n++])
+        faceSheets(cells, places[0][n], of_even, counts[0][n]);
+      for (std::size_t n = 0; n < here[1]; ++n) {
+        of_odd -= linkCount(counts[1][n]);
+        faceSheets(cells, places[1][n], of_odd, linkCount(counts[1][n]));
+      }
+    }
+    found.front = even;
+    found.back = odd;
+    for (std::size_t k = 0; k < 2; ++k) {
+      std::copy_n(places[k].data(), here[k], lists[k]);
+      lists[k] += here[k];
+      counts[k] += here[k];
+    }
   }
 }
 

@@ -2,6 +2,7 @@
 // Profile main: what signs predict, mixed decisions, and heights there and back.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "entropy/mixer.h"
@@ -40,7 +41,7 @@ TEST(SignLanes, AreAsTheDefinitionSays) {
       n.v = {between(-16384, 16384), between(-16384, 16384), between(-16384, 16384), between(-896, 896)};
     std::array<std::uint32_t, 6> across{};
     for (std::uint32_t& j : across) j = random() % 8;
-    const CellAround at{random() % 8, across, static_cast<std::uint8_t>(random() % 64)};
+    const CellAround at{random() % 8, across.data(), static_cast<std::uint8_t>(random() % 64)};
     ASSERT_EQ(meanAround(points.data(), at).v, definition::meanAround(points.data(), at).v) << trial;
     const SignInputs found = inputsOf(points.data(), normals.data(), points[0], at);
     const SignInputs expected = definition::inputsOf(points.data(), normals.data(), points[0], at);
@@ -115,7 +116,6 @@ TEST(Surroundings, AreWhatTheBitmapSays) {
       };
       return bitmap.at(limited(x, 0), limited(y, 1), limited(z, 2));
     };
-    std::array<std::size_t, 2> seen{};
     for (std::uint32_t i = 0; i < cells.size(); ++i) {
       const Cell& c = cells[i];
       for (int node = 0; node < 64; ++node) {
@@ -124,10 +124,7 @@ TEST(Surroundings, AreWhatTheBitmapSays) {
       }
       if (i == around.runs[run].end) {
         ASSERT_EQ(around.runs[++run].first, i);
-        seen = {};
       }
-      const auto& list = around.runs[run].colours[static_cast<std::size_t>(c.x + c.y + c.z) & 1];
-      ASSERT_EQ(list.cells[seen[static_cast<std::size_t>(c.x + c.y + c.z) & 1]++], i);
       for (std::size_t face = 0; face < 6; ++face) {
         std::array<std::int32_t, 3> to{c.x, c.y, c.z};
         to[face / 2] += face % 2 == 0 ? -1 : 1;
@@ -136,12 +133,48 @@ TEST(Surroundings, AreWhatTheBitmapSays) {
           inside += (j >> face / 2 & 1) == face % 2 ? c.corners >> j & 1u : 0u;
         const std::uint32_t other = index.find(to[0], to[1], to[2]);
         const bool taken = inside != 0 && inside != 4 && other != CellIndex::kNone;
-        ASSERT_EQ(around.across[i][face], taken ? other : i);
+        ASSERT_EQ(around.runs[run].across(i)[face], taken ? other : i);
         ASSERT_EQ(around.faces[i] >> face & 1, taken);
       }
     }
-    EXPECT_EQ(seen[0] + seen[1], around.runs[run].end - around.runs[run].first);
     EXPECT_EQ(run + 1, around.runs.size());
+    around.link(cells, index, made::threadedFor);
+    // By their differences: earlier even cells of an even one, all even ones of an odd one, nearer ones
+    // first.
+    for (const Surroundings::Run& of : around.runs) {
+      std::array<std::uint32_t, 2> next{of.first, of.first};
+      for (std::uint32_t colour = 0; colour < 2; ++colour) {
+        Surroundings::Links links(of, colour);
+        const Surroundings::Colour& list = of.colours[colour];
+        for (std::size_t n = 0; n < list.cells.size(); ++n) {
+          const std::uint32_t i = list.cells[n];
+          ASSERT_GE(i, next[colour]);
+          next[colour] = i + 1;
+          const Cell& c = cells[i];
+          ASSERT_EQ((c.x + c.y + c.z) % 2, static_cast<int>(colour));
+          std::array<std::vector<std::uint32_t>, 4> expected;  // by how many coordinates differ
+          for (int d = 0; d < 27; ++d) {
+            const std::array<int, 3> way{d % 3 - 1, d / 3 % 3 - 1, d / 9 - 1};
+            const std::uint32_t other = index.find(c.x + way[0], c.y + way[1], c.z + way[2]);
+            if (other == CellIndex::kNone || (colour == 0 && other > i)) continue;
+            expected[static_cast<std::size_t>(std::abs(way[0]) + std::abs(way[1]) + std::abs(way[2]))]
+                .push_back(other);
+          }
+          const std::uint8_t count = list.counts[n];
+          const std::uint32_t near = count & 15u, far = count >> 4;
+          const std::uint32_t* const own = links.next(count);
+          const auto sorted = [](const std::uint32_t* from, std::size_t size) {
+            std::vector<std::uint32_t> result(from, from + size);
+            std::sort(result.begin(), result.end());
+            return result;
+          };
+          for (auto& places : expected) std::sort(places.begin(), places.end());
+          ASSERT_EQ(sorted(own, near), expected[colour == 0 ? 2 : 1]);
+          ASSERT_EQ(sorted(own + near, far), colour == 0 ? std::vector<std::uint32_t>{} : expected[3]);
+        }
+      }
+      ASSERT_EQ(of.colours[0].cells.size() + of.colours[1].cells.size(), of.end - of.first);
+    }
   }
 }
 

@@ -213,6 +213,7 @@ TEST(Surroundings, OfSheetsAreJoined) {
   const CellIndex index = indexOf(sheets);
   Surroundings around;
   around.build(sheets, index);
+  ASSERT_EQ(around.runs.size(), 1u);
   std::set<std::pair<std::uint32_t, std::uint32_t>> edges;
   for (const Quad& quad : dualQuads(sheets, index)) {
     for (std::size_t k = 0; k < 4; ++k) {
@@ -222,7 +223,8 @@ TEST(Surroundings, OfSheetsAreJoined) {
   }
   std::size_t found = 0;
   for (std::uint32_t i = 0; i < sheets.size(); ++i) {
-    for (const std::uint32_t other : around.across[i]) {
+    for (std::size_t face = 0; face < 6; ++face) {
+      const std::uint32_t other = around.runs[0].across(i)[face];
       if (other == i) continue;
       const std::array<int, 3> at{sheets[i].x, sheets[i].y, sheets[i].z},
           to{sheets[other].x, sheets[other].y, sheets[other].z};
@@ -238,11 +240,12 @@ TEST(Surroundings, OfSheetsAreJoined) {
     }
   }
   EXPECT_GT(found, sheets.size());
-  ASSERT_EQ(around.runs.size(), 1u);
-  for (const Surroundings::Colour& colour : around.runs[0].colours) {
-    const std::uint32_t* link = colour.links.data();
-    for (const std::uint8_t count : colour.counts) {
-      for (std::uint32_t n = 0; n < Surroundings::linkCount(count); ++n) EXPECT_LT(*link++, sheets.size());
+  around.link(sheets, index);
+  for (std::uint32_t colour = 0; colour < 2; ++colour) {
+    Surroundings::Links links(around.runs[0], colour);
+    for (const std::uint8_t count : around.runs[0].colours[colour].counts) {
+      const std::uint32_t* const own = links.next(count);
+      for (std::uint32_t n = 0; n < Surroundings::linkCount(count); ++n) EXPECT_LT(own[n], sheets.size());
     }
   }
 }

@@ -72,14 +72,17 @@ TEST(Slices, NoLinksLeadAcross) {
   const auto links = [&](const Slices& slices) {
     Surroundings around;
     around.build(cells, index, slices, made::threadedFor);
+    around.link(cells, index, made::threadedFor);
     std::vector<std::array<std::uint32_t, 2>> all;
     for (std::size_t n = 0; n < around.sliceCount(); ++n) {
       const auto runs = around.slice(n);
       EXPECT_EQ(runs.front().first, n == 0 ? 0 : around.slice(n - 1).back().end);
       for (const Surroundings::Run& run : runs) {
-        for (const Surroundings::Colour& colour : run.colours) {
-          const std::uint32_t* link = colour.links.data();
+        for (std::uint32_t k = 0; k < 2; ++k) {
+          const Surroundings::Colour& colour = run.colours[k];
+          Surroundings::Links links_of(run, k);
           for (std::size_t i = 0; i < colour.cells.size(); ++i) {
+            const std::uint32_t* link = links_of.next(colour.counts[i]);
             for (std::uint32_t left = Surroundings::linkCount(colour.counts[i]); left > 0; --left, ++link) {
               all.push_back({colour.cells[i], *link});
               EXPECT_GE(*link, runs.front().first);

@@ -23,7 +23,7 @@ struct DecodeOptions {
   std::uint32_t max_vertices = 1u << 27;
   /// Refuse packets (kLimit) whose decoding would take more bytes, beyond the 1.3 megabytes of every decoder.
   /// Each part is reckoned before it is taken, at its most; what is kept from the packet before counts, and
-  /// the surface that is given. P frames of a ball (2,252 vertices) are reckoned at 260 bytes a vertex, 600
+  /// the surface that is given. P frames of a ball (2,252 vertices) are reckoned at 210 bytes a vertex, 420
   /// in profile main; many small pieces at some kilobytes, for the distance field around them.
   std::uint64_t max_bytes = std::uint64_t{8} << 30;
   /// Gets the blocks of a P packet that is decoded whole; emptied for any other packet. On an error it may
