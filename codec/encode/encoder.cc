@@ -360,7 +360,7 @@ Result<Packet> Encoder::State::code(Prepared& frame, PacketSizes* sizes) {
   surface.grid = input.grid;
   toGridPositions(cells, coded->decoded);
   surface.vertices = std::move(coded->decoded);
-  surface.quads = dualQuads(cells, frame.index);
+  surface.quads = main ? frame.coder->takeQuads() : dualQuads(cells, frame.index);
 
   FrameHeader& facts = packet.header;
   facts.number = timing.number;

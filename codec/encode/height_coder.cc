@@ -38,11 +38,12 @@ double cost(std::int32_t one, bool bit) {
 /// What a residual costs as the models stand, about.
 class ResidualCosts {
  public:
-  ResidualCosts(HeightModels& models, const HeightContext& context) {
+  /// `largest`: magnitude that will be asked for.
+  ResidualCosts(HeightModels& models, const HeightContext& context, std::int32_t largest) {
     if (context.moved) {
-      set<3>(models, context);
+      set<3>(models, context, largest);
     } else {
-      set<2>(models, context);
+      set<2>(models, context, largest);
     }
   }
   double of(std::int32_t residual) const {
@@ -56,18 +57,19 @@ class ResidualCosts {
 
  private:
   template <std::size_t N>
-  void set(HeightModels& models, const HeightContext& context) {
-    const std::int32_t zero = models.zero<N>(context).one();
-    const std::int32_t more1 = models.more<N>(context, 1).one(), more2 = models.more<N>(context, 2).one();
+  void set(HeightModels& models, const HeightContext& context, std::int32_t largest) {
+    const std::int32_t zero = models.zero<N>(context).one(), more1 = models.more<N>(context, 1).one();
     negative_ = models.negative(context).one;
     zero_ = cost(zero, true);
     ones_ = cost(zero, false) + cost(more1, false);
+    if (largest < 2) return;
+    const std::int32_t more2 = models.more<N>(context, 2).one();
     twos_ = cost(zero, false) + cost(more1, true) + cost(more2, false);
     rest_ = cost(zero, false) + cost(more1, true) + cost(more2, true);
   }
 
   std::int32_t negative_;
-  double zero_, ones_, twos_, rest_;
+  double zero_, ones_, twos_ = 0, rest_ = 0;
 };
 
 /// How far along its normal a vertex lies from its predicted point, in cells.
@@ -88,12 +90,12 @@ HeightCoder::HeightCoder(const FrameInput& frame, const VolumeField* field, std:
                          const HeightSettings& settings, const ParallelFor& parallel, HeightFrame& heights)
     : frame_(frame), tools_(tools), settings_(settings), heights_(heights) {
   heights.build(frame.cells, frame.index, frame.grid, frame.slices, parallel);
+  quads_ = dualQuads(frame.cells, frame.index);
   if (field == nullptr) {
     for (std::size_t i = 0; i < frame.cells.size(); ++i)
       wanted_.push_back(heightOf(heights.predicted, i, frame.vertices[i]));
     return;
   }
-  quads_ = dualQuads(frame.cells, frame.index);
   if (settings.fit == Fit::kVolume) {
     target_ = std::make_unique<VolumeTarget>(*field);
   } else {
@@ -153,18 +155,22 @@ Status HeightCoder::codeVertices(CodedFrame& coded) {
   };
   const auto cheapest = [&](std::uint32_t i, std::int32_t expected, const HeightContext& context) {
     const SurfaceFit::Bowl bowl = fit_->bowl(i);
-    const ResidualCosts costs(*costs_by, context);
     const double exact = (static_cast<double>(bowl.best) * kCell - expected) / step;
     const std::int32_t middle = limited(exact);
     std::int32_t best = 0;
-    double least = 1e30;
-    for (const std::int32_t residual : {middle, middle - (middle > 0) + (middle < 0), 0}) {
-      const double error = (exact - residual) * step_in_cells;
-      const double sum = static_cast<double>(bowl.curvature) * error * error +
-                         kBitWorth[context.colour] * step_in_cells * step_in_cells * costs.of(residual);
-      if (sum < least) {
-        least = sum;
-        best = residual;
+    if (middle != 0) {  // nothing is cheaper than 0
+      const std::int32_t towards_0 = middle > 0 ? middle - 1 : middle + 1;
+      const ResidualCosts costs(*costs_by, context, std::abs(middle));
+      double least = 1e30;
+      for (const std::int32_t residual : {middle, towards_0, 0}) {
+        const double error = (exact - residual) * step_in_cells;
+        const double sum = static_cast<double>(bowl.curvature) * error * error +
+                           kBitWorth[context.colour] * step_in_cells * step_in_cells * costs.of(residual);
+        if (sum < least) {
+          least = sum;
+          best = residual;
+        }
+        if (residual == 0) break;
       }
     }
     fit_->set(i, static_cast<float>(std::clamp(expected + best * step, -32767, 32767)) / kCell);

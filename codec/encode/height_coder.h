@@ -22,6 +22,8 @@ class HeightCoder {
   /// From `reference`, going on with `models`.
   Result<CodedFrame> codePredicted(const Reference& reference, const MotionSettings& settings,
                                    const PacketModels& models);
+  /// The frame's, for good: nothing is coded afterwards.
+  std::vector<Quad> takeQuads() { return std::move(quads_); }
 
  private:
   Status codeVertices(CodedFrame& coded);

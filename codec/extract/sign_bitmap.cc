@@ -61,6 +61,24 @@ class Comparison {
   float side_, limit_;
 };
 
+/// By all but the lowest byte; digit by digit, as a comparison a digit is wrong half of the time.
+void sortCodes(std::vector<std::uint64_t>& codes) {
+  constexpr int kDigit = 11;
+  std::uint64_t all = 0;
+  for (const std::uint64_t code : codes) all |= code;
+  std::vector<std::uint64_t> sorted(codes.size());
+  for (int shift = 8; shift < 64 && all >> shift != 0; shift += kDigit) {
+    const auto digit = [shift](std::uint64_t code) {
+      return static_cast<std::size_t>(code >> shift) & ((1u << kDigit) - 1);
+    };
+    std::array<std::uint32_t, (1u << kDigit) + 1> starts{};
+    for (const std::uint64_t code : codes) ++starts[digit(code) + 1];
+    for (std::size_t n = 0; n < 1u << kDigit; ++n) starts[n + 1] += starts[n];
+    for (const std::uint64_t code : codes) sorted[starts[digit(code)]++] = code;
+    codes.swap(sorted);
+  }
+}
+
 }  // namespace
 
 SignBitmap SignBitmap::empty(const std::array<std::uint32_t, 3>& nodes) {
@@ -176,28 +194,29 @@ std::vector<Cell> SignBitmap::activeCells(const ParallelFor& parallel) const {
         const std::size_t cells_left = nodes_[0] - 1 - std::min<std::size_t>(nodes_[0] - 1, w * 64);
         if (cells_left < 64) mixed &= (std::uint64_t{1} << cells_left) - 1;
         for (; mixed != 0; mixed &= mixed - 1) {
-          layers[layer].push_back(mortonCode(
-              static_cast<std::uint32_t>(w * 64) + static_cast<std::uint32_t>(std::countr_zero(mixed)), y,
-              z));
+          const auto bit = static_cast<std::uint32_t>(std::countr_zero(mixed));
+          std::uint64_t corners = 0;
+          for (std::size_t k = 0; k < 4; ++k) {
+            std::uint64_t two = rows[k][w] >> bit;
+            if (bit == 63) two |= rows[k][w + 1] << 1;
+            corners |= (two & 3) << 2 * k;
+          }
+          layers[layer].push_back(mortonCode(static_cast<std::uint32_t>(w * 64) + bit, y, z) << 8 | corners);
         }
       }
     }
   });
-  std::vector<std::uint64_t> codes;
+  std::vector<std::uint64_t> codes;  // Morton codes, and in the lowest byte the corners
   for (std::vector<std::uint64_t>& layer : layers) {
     codes.insert(codes.end(), layer.begin(), layer.end());
     layer = {};
   }
-  std::sort(codes.begin(), codes.end());
+  sortCodes(codes);
   std::vector<Cell> cells(codes.size());
   for (std::size_t i = 0; i < codes.size(); ++i) {
-    const std::uint32_t x = gatherBits(codes[i]), y = gatherBits(codes[i] >> 1),
-                        z = gatherBits(codes[i] >> 2);
-    std::uint32_t corners = 0;
-    for (std::uint32_t j = 0; j < 8; ++j)
-      corners |= std::uint32_t{at(x + (j & 1), y + (j >> 1 & 1), z + (j >> 2))} << j;
-    cells[i] = {static_cast<std::uint16_t>(x), static_cast<std::uint16_t>(y), static_cast<std::uint16_t>(z),
-                static_cast<std::uint8_t>(corners)};
+    const std::uint64_t code = codes[i] >> 8;
+    cells[i] = {static_cast<std::uint16_t>(gatherBits(code)), static_cast<std::uint16_t>(gatherBits(code >> 1)),
+                static_cast<std::uint16_t>(gatherBits(code >> 2)), static_cast<std::uint8_t>(codes[i])};
   }
   return cells;
 }
