@@ -21,8 +21,8 @@ class RoundTripTest : public CliTest {};
 TEST_F(RoundTripTest, EncodeEndsWithTotalsThatAddUp) {
   sequence();
   const auto totals = json("isoreel encode seq.json -o seq.isr --iso 0 --json");
-  EXPECT_EQ(keys(totals), (std::set<std::string>{"frames", "predicted_frames", "vertices", "bytes", "seconds",
-                                                 "frame_list"}));
+  EXPECT_EQ(keys(totals), (std::set<std::string>{"frames", "predicted_frames", "cell", "vertices", "bytes",
+                                                 "seconds", "frame_list"}));
   const auto& parts = totals["bytes"];
   EXPECT_EQ(keys(parts), (std::set<std::string>{"total", "signs", "motion", "vertices", "other"}));
   EXPECT_EQ(totals["frames"], 8);

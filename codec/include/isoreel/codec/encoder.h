@@ -132,9 +132,10 @@ class Encoder {
   /// compared). Where settings.cell is above 1, signs are those of the volume's trilinear interpolant at the
   /// nodes of the coarser grid, and heights are chosen for the volume as it is. A P packet is written for a
   /// frame whose number follows that of the frame before, within the GOP limit, when it is smaller than the I
-  /// packet. Memory beyond the volume: one bit per node and, of a splash and a head of 129³, 100 to 120 bytes
-  /// per vertex; 240 to 1300 with prediction, 800 to 1200 in profile main, 900 to 2200 with both. `sizes` may
-  /// be null. When memory runs out (kLimit), the next frame starts a GOP.
+  /// packet. Memory beyond the volume, on one thread: one bit per node and, of a splash of 129³ and a head of
+  /// 257³, 90 to 140 bytes per vertex in profile classic, 420 to 470 in profile main; where P packets may
+  /// follow 130 to 260 and 460 to 610. `sizes` may be null. When memory runs out (kLimit), the next frame
+  /// starts a GOP.
   Result<Packet> encode(const Volume& volume, const FrameTiming& timing, PacketSizes* sizes = nullptr);
 
   /// The same in two steps, so that a frame can be prepared while those before it are coded: prepare() may be
