@@ -42,7 +42,7 @@ class Server {
     getsockname(socket_, any, &size);
     url_ = "http://127.0.0.1:" + std::to_string(ntohs(address.sin_port)) + "/x";
     accepting_ = std::thread([this] {
-      for (int client; (client = accept(socket_, nullptr, nullptr)) >= 0;)
+      for (int client = -1; (client = accept(socket_, nullptr, nullptr)) >= 0;)
         serving_.emplace_back([this, client] { serve(client); });
     });
   }
