@@ -126,6 +126,7 @@ struct Encoder::State {
 
 void usePreset(Preset preset, EncoderSettings& settings) {
   settings.motion.range = preset == Preset::kFast ? 0 : MotionSettings{}.range;
+  settings.motion.every = preset == Preset::kFast ? 2 : MotionSettings{}.every;
   settings.motion.block_log2 =
       preset == Preset::kBest ? MotionSettings::kAnySize : MotionSettings{}.block_log2;
   settings.heights.refine = preset != Preset::kFast;

@@ -15,10 +15,12 @@ namespace {
 // More rounds follow the noise of the samples: bits, and no gain in distance.
 constexpr int kFitRounds = 1;
 // Where little time is to be spent, one of so many vertices is looked at for the weights.
-constexpr std::size_t kSparse = 4;
+constexpr std::size_t kSparse = 8;
 // A bit is worth this many squared steps of one sample; less in even cells, since odd ones are predicted from
 // them.
 constexpr std::array<double, 2> kBitWorth{0.3, 0.9};
+// The same in a single pass, whose costs are less to be trusted.
+constexpr std::array<double, 2> kBitWorthOfOnePass{0.1, 0.3};
 
 // Finer vectors cost more than they save.
 constexpr std::uint32_t kVectorStep = kCell / 4;
@@ -97,7 +99,7 @@ HeightCoder::HeightCoder(const FrameInput& frame, const VolumeField* field, std:
     return;
   }
   if (settings.fit == Fit::kVolume) {
-    target_ = std::make_unique<VolumeTarget>(*field);
+    target_ = std::make_unique<VolumeTarget>(*field, !settings.refine);
   } else {
     target_ = std::make_unique<MeshTarget>(frame.cells, frame.vertices, quads_, frame.grid);
   }
@@ -130,7 +132,7 @@ Result<CodedFrame> HeightCoder::codePredicted(const Reference& reference, const 
   ISOREEL_ASSIGN(MotionField motion, writeMovedSigns(frame_, reference, settings, header, signs, coded,
                                                      &models.blocks, [](const MotionField&) {}));
   coded.models.blocks = motion;
-  moveHeights(reference.field(), motion, frame_.cells, heights_);
+  moveHeights(reference.field(), motion, frame_.cells, heights_, frame_.parallel);
   ISOREEL_TRY(codeVertices(coded));
   return coded;
 }
@@ -146,13 +148,14 @@ Status HeightCoder::codeVertices(CodedFrame& coded) {
   const std::int32_t step = frame_.steps.normal;
   const double step_in_cells = static_cast<double>(step) / kCell;
   const HeightWeights weights = fitHeights(heights_, tools_, step_in_cells, settings_.refine ? 1 : kSparse,
-                                           coded.models.slices[0].heights.weights);
+                                           coded.models.slices[0].heights.weights, frame_.parallel);
   const std::size_t slices = heights_.around.sliceCount();
   coded.models.haveSlices(slices);
   HeightModels* costs_by = nullptr;  // what the slice at hand's residuals are taken to cost by
   const auto nearest = [&](std::uint32_t i, std::int32_t expected, const HeightContext&) {
     return limited((static_cast<double>(wanted_[i]) * kCell - expected) / step);
   };
+  const std::array<double, 2>& bit_worth = settings_.refine ? kBitWorth : kBitWorthOfOnePass;
   const auto cheapest = [&](std::uint32_t i, std::int32_t expected, const HeightContext& context) {
     const SurfaceFit::Bowl bowl = fit_->bowl(i);
     const double exact = (static_cast<double>(bowl.best) * kCell - expected) / step;
@@ -165,7 +168,7 @@ Status HeightCoder::codeVertices(CodedFrame& coded) {
       for (const std::int32_t residual : {middle, towards_0, 0}) {
         const double error = (exact - residual) * step_in_cells;
         const double sum = static_cast<double>(bowl.curvature) * error * error +
-                           kBitWorth[context.colour] * step_in_cells * step_in_cells * costs.of(residual);
+                           bit_worth[context.colour] * step_in_cells * step_in_cells * costs.of(residual);
         if (sum < least) {
           least = sum;
           best = residual;
@@ -197,8 +200,16 @@ Status HeightCoder::codeVertices(CodedFrame& coded) {
     for (std::size_t n = 0; n < slices; ++n) {
       HeightModels& models = coded.models.slices[n].heights;
       const HeightModels before = models;
+      const bool intra = heights_.moved.empty();
       // What is cheap is chosen, and then gets cheaper: ones would be, to more bytes in the end.
-      if (heights_.moved.empty()) models.expectNoOnes();
+      if (!settings_.refine) {
+        HeightModels unlearnt = before;
+        unlearnt.expectNoOnes();
+        costs_by = intra ? &unlearnt : &models;  // those of an I frame are too young to go by
+        write(n, cheapest);
+        continue;
+      }
+      if (intra) models.expectNoOnes();
       costs_by = &models;
       write(n, cheapest);
       // Once more, at the costs that this ended with; a vertex sees what it made of those behind it.

@@ -127,9 +127,9 @@ void fitWeights(std::span<const Example<N>> examples, double step, std::size_t e
 }  // namespace
 
 HeightWeights fitHeights(const HeightFrame& frame, std::uint32_t tools, double step, std::size_t every,
-                         const HeightWeights& before) {
+                         const HeightWeights& before, const ParallelFor& parallel) {
   HeightWeights result = before;
-  for (std::size_t colour = 0; colour < 2; ++colour) {
+  parallel(2, [&](std::size_t colour) {
     std::vector<Example<HeightWeights::kInputs>> examples;
     std::array<std::vector<Example<HeightWeights::kMovedInputs>>, 2> moved;
     for (const Surroundings::Run& run : frame.around.runs) {
@@ -161,7 +161,7 @@ HeightWeights fitHeights(const HeightFrame& frame, std::uint32_t tools, double s
     if (frame.moved.empty()) fitWeights<HeightWeights::kInputs>(examples, step, every, result.plain[colour]);
     for (std::size_t kind = 0; kind < 2; ++kind)
       fitWeights<HeightWeights::kMovedInputs>(moved[kind], step, every, result.moved[colour][kind]);
-  }
+  });
   return result;
 }
 

@@ -10,6 +10,6 @@ namespace isoreel {
 /// stay where a change would cost more than it saves. `step`: in cells. Looks at one
 /// vertex of `every`.
 HeightWeights fitHeights(const HeightFrame& frame, std::uint32_t tools, double step, std::size_t every,
-                         const HeightWeights& before);
+                         const HeightWeights& before, const ParallelFor& parallel);
 
 }  // namespace isoreel

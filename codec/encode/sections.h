@@ -109,7 +109,7 @@ Result<MotionField> writeMovedSigns(const FrameInput& frame, const Reference& re
     for (std::size_t k = 0; k < 3; ++k)
       points[i][k] = static_cast<float>(corner[k]) + static_cast<float>(frame.vertices[i][k]) / kCell;
   }
-  searchMotion(reference, points, settings, header.vector_step, before, motion);
+  searchMotion(reference, points, settings, header.vector_step, before, motion, frame.parallel);
   chosen(motion);
 
   const std::size_t motion_start = coded.payload.size();

@@ -8,8 +8,10 @@ namespace {
 
 constexpr float kFarthest = 1.25f;  // that is looked along a normal, in cells
 constexpr float kProbe = 0.125f;
-constexpr float kNear = 0.002f;     // of the change over a probe: no need to come nearer
-constexpr float kTouching = 1e-4f;  // cells: nearer than this has no direction
+constexpr float kNear = 0.002f;       // of the change over a probe: no need to come nearer
+constexpr int kSteps = 3;             // of following the gradient
+constexpr float kNearEnough = 0.02f;  // cells: the last step is a small one
+constexpr float kTouching = 1e-4f;    // cells: nearer than this has no direction
 
 Vec3f operator-(const Vec3f& a, const Vec3f& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
 Vec3f along(const Vec3f& a, const Vec3f& direction, float way) {
@@ -37,6 +39,16 @@ Vec3f nearestOf(const Vec3f& p, const Vec3f& a, const Vec3f& b, const Vec3f& c) 
   return along(along(a, ab, vb / sum), ac, vc / sum);
 }
 
+/// Or nearly.
+bool inCell(const Cell& cell, const Vec3f& p) {
+  const std::array<std::uint16_t, 3> corner{cell.x, cell.y, cell.z};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto low = static_cast<float>(corner[k]);
+    if (!(p[k] >= low - kProbe && p[k] <= low + 1 + kProbe)) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 FitTarget::Near VolumeTarget::near(const Vec3f& place, const std::array<std::uint32_t, 4>&) const {
@@ -48,15 +60,26 @@ FitTarget::Near VolumeTarget::near(const Vec3f& place, const std::array<std::uin
           {field.gradient[0] * inverse, field.gradient[1] * inverse, field.gradient[2] * inverse}};
 }
 
-float VolumeTarget::height(std::uint32_t, const Cell& cell, const Vec3f& point, const Vec3f& normal) const {
-  const std::array<std::uint16_t, 3> corner{cell.x, cell.y, cell.z};
-  const auto inCell = [&](const Vec3f& p) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      if (p[k] < static_cast<float>(corner[k]) - kProbe || p[k] > static_cast<float>(corner[k]) + 1 + kProbe)
-        return false;
+// Newton's method.
+bool VolumeTarget::follow(const Cell& cell, const Vec3f& point, const Vec3f& normal, float& height) const {
+  VolumeField::Sample here = field_.at(point);
+  height = 0;
+  for (int step = 0; step < kSteps; ++step) {
+    const float slope = dot(here.gradient, normal);
+    height -= here.value / slope;
+    const Vec3f p = along(point, normal, height);
+    if (!inCell(cell, p)) return false;  // nor is what is not a number
+    here = field_.at(p);
+    if (std::abs(here.value) < kNearEnough * std::abs(slope)) {
+      height -= here.value / slope;
+      return true;
     }
-    return true;
-  };
+  }
+  return false;
+}
+
+float VolumeTarget::height(std::uint32_t, const Cell& cell, const Vec3f& point, const Vec3f& normal) const {
+  if (float height = 0; quick_ && follow(cell, point, normal, height)) return height;
   const float here = field_.at(point).value;
   float nearest = 0, least = std::abs(here);
   std::array<float, 2> last{here, here};
@@ -65,7 +88,7 @@ float VolumeTarget::height(std::uint32_t, const Cell& cell, const Vec3f& point, 
     for (std::size_t side = 0; side < 2; ++side) {
       const float sign = side == 0 ? 1.0f : -1.0f;
       const Vec3f p = along(point, normal, sign * way);
-      if (!inCell(p)) continue;
+      if (!inCell(cell, p)) continue;
       left = false;
       const float value = field_.at(p).value;
       if ((value < 0) != (last[side] < 0)) {

@@ -31,13 +31,17 @@ class FitTarget {
 /// The volume's own isosurface.
 class VolumeTarget final : public FitTarget {
  public:
-  explicit VolumeTarget(const VolumeField& field) : field_(field) {}
+  /// `quick`: height() follows the gradient where that leads to a crossing, be it the first or not.
+  VolumeTarget(const VolumeField& field, bool quick) : field_(field), quick_(quick) {}
   Near near(const Vec3f& place, const std::array<std::uint32_t, 4>& vertices) const override;
   /// Where the normal crosses the isosurface first, or comes nearest to it inside the cell.
   float height(std::uint32_t i, const Cell& cell, const Vec3f& point, const Vec3f& normal) const override;
 
  private:
+  bool follow(const Cell& cell, const Vec3f& point, const Vec3f& normal, float& height) const;
+
   const VolumeField& field_;
+  const bool quick_;
 };
 
 /// The mesh that was extracted: the same faces, the vertices where the extractor had them.

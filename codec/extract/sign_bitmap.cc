@@ -215,7 +215,8 @@ std::vector<Cell> SignBitmap::activeCells(const ParallelFor& parallel) const {
   std::vector<Cell> cells(codes.size());
   for (std::size_t i = 0; i < codes.size(); ++i) {
     const std::uint64_t code = codes[i] >> 8;
-    cells[i] = {static_cast<std::uint16_t>(gatherBits(code)), static_cast<std::uint16_t>(gatherBits(code >> 1)),
+    cells[i] = {static_cast<std::uint16_t>(gatherBits(code)),
+                static_cast<std::uint16_t>(gatherBits(code >> 1)),
                 static_cast<std::uint16_t>(gatherBits(code >> 2)), static_cast<std::uint8_t>(codes[i])};
   }
   return cells;

@@ -107,6 +107,31 @@ class SurfaceFit::QuadSum {
     across += slopes * __builtin_shufflevector(slopes, slopes, 2, 3, 0, 1);
   }
 
+  /// The middle of the diagonal that the quad is split along, from corner 0 or 1, the triangles' centroids,
+  /// and the middles of those edges that no other quad has looked at.
+  void addAll(const Quad& quad, bool along_first) {
+    constexpr float kThird = 1.0f / 3;
+    if (along_first) {
+      add(Four{0.5f, 0, 0.5f, 0}, quad);
+      add(Four{kThird, kThird, kThird, 0}, quad);
+      add(Four{kThird, 0, kThird, kThird}, quad);
+    } else {
+      add(Four{0, 0.5f, 0, 0.5f}, quad);
+      add(Four{kThird, kThird, 0, kThird}, quad);
+      add(Four{0, kThird, kThird, kThird}, quad);
+    }
+    for (std::size_t a = 0; a < 4; ++a) {
+      const std::size_t b = (a + 1) % 4;
+      if (quad[a] > quad[b]) continue;  // the quad on the other side has it
+      Four parts{};
+      parts[a] = parts[b] = 0.5f;
+      add(parts, {quad[a], quad[b], quad[a], quad[a]});
+    }
+  }
+  void countTwice() {
+    for (Four* sum : {&first, &second, &next, &across}) *sum *= 2;
+  }
+
   // Of each corner.
   Four first{}, second{};
   // Of each corner and the next one, and the one across.
@@ -150,25 +175,14 @@ void SurfaceFit::lookAgain() {
     }
   });
   forRuns(parallel_, quads_.size(), kPerTask, [&](std::size_t first, std::size_t end) {
-    constexpr float kThird = 1.0f / 3;
     for (std::size_t q = first; q < end; ++q) {
       const Quad& quad = quads_[q];
       QuadSum sum(*this, quad);
-      if (splitAlongFirst(quad)) {
-        sum.add(Four{0.5f, 0, 0.5f, 0}, quad);
-        sum.add(Four{kThird, kThird, kThird, 0}, quad);
-        sum.add(Four{kThird, 0, kThird, kThird}, quad);
+      if (sparse_) {
+        sum.add(Four{0.25f, 0.25f, 0.25f, 0.25f}, quad);
+        sum.countTwice();
       } else {
-        sum.add(Four{0, 0.5f, 0, 0.5f}, quad);
-        sum.add(Four{kThird, kThird, 0, kThird}, quad);
-        sum.add(Four{0, kThird, kThird, kThird}, quad);
-      }
-      for (std::size_t a = 0; a < 4 && !sparse_; ++a) {
-        const std::size_t b = (a + 1) % 4;
-        if (quad[a] > quad[b]) continue;  // the quad on the other side has it
-        Four parts{};
-        parts[a] = parts[b] = 0.5f;
-        sum.add(parts, {quad[a], quad[b], quad[a], quad[a]});
+        sum.addAll(quad, splitAlongFirst(quad));
       }
       for (std::size_t v = 0; v < 4; ++v) {
         const std::size_t after = (v + 1) % 4, across = (v + 2) % 4, before = (v + 3) % 4;

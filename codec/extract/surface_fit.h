@@ -19,8 +19,8 @@ namespace isoreel {
 /// a quad's corners, so that nobody goes through the samples again.
 class SurfaceFit {
  public:
-  /// Everything must outlive it; `quads` are the dual mesh of `cells`. `sparse`: without the middles of
-  /// edges.
+  /// Everything must outlive it; `quads` are the dual mesh of `cells`. `sparse`: at
+  /// the vertices and the quads' middles only.
   SurfaceFit(const FitTarget& target, std::span<const Cell> cells, const HeightFrame& frame,
              std::span<const Quad> quads, const Grid& grid, bool sparse, const ParallelFor& parallel);
 

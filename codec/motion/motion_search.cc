@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "lattice/runs.h"
 #include "motion/signed_distance.h"
 
 namespace isoreel {
@@ -24,6 +25,11 @@ constexpr float kNoMotion = 0.2f;
 // Where the neighbours' vector leaves more than this in the mean, the coarse search looks for better.
 constexpr float kSearch = 0.08f;
 
+// Blocks.
+constexpr std::size_t kPerTask = 2;
+// A block of fewer points is looked at in full.
+constexpr std::size_t kFew = 8;
+
 class BlockSearch {
  public:
   BlockSearch(const Reference& reference, const MotionSettings& settings, float unit)
@@ -32,8 +38,9 @@ class BlockSearch {
   void start(std::span<const std::array<float, 3>> points) {
     points_.clear();
     nodes_.clear();
-    for (const auto& p : points) {
-      points_.emplace_back(p[0], p[1], p[2]);
+    const std::size_t every = points.size() >= kFew ? std::max(1u, settings_.every) : 1;
+    for (std::size_t i = 0; i < points.size(); i += every) {
+      points_.emplace_back(points[i][0], points[i][1], points[i][2]);
       nodes_.push_back(inLattice(points_.back(), kCell / 2));  // the nearest is the lowest from here
     }
   }
@@ -182,13 +189,12 @@ class BlockSearch {
 
 void searchMotion(const Reference& reference, std::span<const std::array<float, 3>> points,
                   const MotionSettings& settings, std::uint32_t vector_step, const MotionField* before,
-                  MotionField& motion) {
+                  MotionField& motion, const ParallelFor& parallel) {
   if (reference.planes().empty()) return;
   const float unit = static_cast<float>(vector_step) / kCell;
   const float vector_cost = before != nullptr ? kVectorCostOfMain : kVectorCost;
-  using Found = BlockSearch::Found;
-  BlockSearch search(reference, settings, unit);
-  for (Block& block : motion.blocks()) {
+  const auto searchFor = [&](BlockSearch& search, Block& block) {
+    using Found = BlockSearch::Found;
     search.start(points.subspan(block.first, block.count));
     const MotionVector from = motion.expected(block, before).vector;
     const Found expected = search.at(search.inCells(from)), still = search.at(Vector3f::Zero());
@@ -211,8 +217,26 @@ void searchMotion(const Reference& reference, std::span<const std::array<float, 
       left = cost;
       block.vector = vector;
     }
-    block.moves = left / static_cast<float>(block.count) < kNoMotion;
+    block.moves = search.mean({best.vector, left}) < kNoMotion;
     if (!block.moves) block.vector = {};
+  };
+  // A block's vector is expected from those of blocks one lower along an axis: those with the same sum of
+  // coordinates know nothing of each other.
+  std::vector<std::vector<Block*>> diagonals;
+  for (Block& block : motion.blocks()) {
+    const auto diagonal = static_cast<std::size_t>(block.x + block.y + block.z);
+    if (diagonal >= diagonals.size()) diagonals.resize(diagonal + 1);
+    diagonals[diagonal].push_back(&block);
+  }
+  std::vector<BlockSearch> searches;
+  for (const std::vector<Block*>& blocks : diagonals) {
+    if (blocks.empty()) continue;
+    const std::size_t runs = runCount(blocks.size(), kPerTask);
+    while (searches.size() < runs) searches.emplace_back(reference, settings, unit);
+    parallel(runs, [&](std::size_t n) {
+      const std::size_t end = runStart(n + 1, runs, blocks.size());
+      for (std::size_t i = runStart(n, runs, blocks.size()); i < end; ++i) searchFor(searches[n], *blocks[i]);
+    });
   }
 }
 

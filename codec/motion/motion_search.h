@@ -16,6 +16,6 @@ namespace isoreel {
 /// in the order of the field's cells. `before`: in profile main, the blocks of the packet before, else null.
 void searchMotion(const Reference& reference, std::span<const std::array<float, 3>> points,
                   const MotionSettings& settings, std::uint32_t vector_step, const MotionField* before,
-                  MotionField& motion);
+                  MotionField& motion, const ParallelFor& parallel = serialFor);
 
 }  // namespace isoreel

@@ -41,6 +41,7 @@ struct MotionSettings {
   static constexpr std::uint32_t kAnySize = 0;  // 8, 16 or 32 cells, whichever makes the smallest packet
   std::uint32_t block_log2 = 3;                 // of a block's side in cells: 2 to 5, or kAnySize
   std::uint32_t range = 8;   // of the coarse search, in cells each way around what neighbours say; 0: none
+  std::uint32_t every = 1;   // of how many vertices in a block one is looked at
   bool registration = true;  // refine by registration to the previous surface
 };
 
@@ -59,7 +60,7 @@ struct HeightSettings {
   bool fit_triangles = true;  // choose heights for the mesh's triangles, not for its vertices alone
   bool weigh_rate = true;     // and for what they cost
   bool refine = true;         // look closely: at more samples of the target, after the fit once more, at
-                              // all vertices for the weights of predictions
+                              // all vertices for the weights of predictions; and twice at the rate
 };
 
 struct EncoderSettings {
