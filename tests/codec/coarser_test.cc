@@ -30,20 +30,7 @@ made::Made ball(std::uint32_t nodes) {
   return {"ball", made::sampled(made::gridOf(nodes, nodes, nodes), made::sphere(19.3, 20.1, 20.7, 15.2)), 0};
 }
 
-/// Root mean square distance of the triangles' middles from the ball, in cells of the volume.
-double rmsToBall(const Surface& surface) {
-  double squares = 0, count = 0;
-  for (const Triangle& t : surface.triangles()) {
-    Vec3d centre{0, 0, 0};
-    for (const std::uint32_t i : t) {
-      for (std::size_t k = 0; k < 3; ++k) centre[k] += surface.world(i)[k] / 3;
-    }
-    const double error = std::hypot(centre[0] - 19.3, centre[1] - 20.1, centre[2] - 20.7) - 15.2;
-    squares += error * error;
-    ++count;
-  }
-  return std::sqrt(squares / count);
-}
+double rmsToBall(const Surface& surface) { return made::rmsToSphere(surface, {19.3, 20.1, 20.7}, 15.2); }
 
 TEST(CoarserGrid, FillsTheSameBox) {
   Grid grid = made::gridOf(129, 128, 3);

@@ -218,18 +218,8 @@ TEST(Heights, ComeBackWithAnyToolsAndSteps) {
 TEST(Heights, BringTheMeshCloserForFewerBytes) {
   const made::Made m{"sphere", made::sampled(made::gridOf(40, 41, 42), made::sphere(19.3, 20.1, 20.7, 15.2)),
                      0};
-  const auto rms = [&](const Surface& surface) {
-    double squares = 0, count = 0;
-    for (const Triangle& t : surface.triangles()) {  // at their centroids
-      Vec3d centre{0, 0, 0};
-      for (const std::uint32_t i : t) {
-        for (std::size_t k = 0; k < 3; ++k) centre[k] += surface.world(i)[k] / 3;
-      }
-      const double error = std::hypot(centre[0] - 19.3, centre[1] - 20.1, centre[2] - 20.7) - 15.2;
-      squares += error * error;
-      ++count;
-    }
-    return std::sqrt(squares / count);
+  const auto rms = [](const Surface& surface) {
+    return made::rmsToSphere(surface, {19.3, 20.1, 20.7}, 15.2);
   };
   const Packet main = made::encodedMain(m, kCell / 16);
   const Packet coarse = made::encoded(m, kCell / 8);

@@ -259,6 +259,20 @@ bool isClosed(const Reference& reference, const std::vector<Quad>& quads) {
   return true;
 }
 
+double rmsToSphere(const Surface& surface, const Vec3d& centre, double radius) {
+  double squares = 0, count = 0;
+  for (const Triangle& t : surface.triangles()) {
+    Vec3d way{-centre[0], -centre[1], -centre[2]};
+    for (const std::uint32_t i : t) {
+      for (std::size_t k = 0; k < 3; ++k) way[k] += surface.world(i)[k] / 3;
+    }
+    const double error = std::hypot(way[0], way[1], way[2]) - radius;
+    squares += error * error;
+    ++count;
+  }
+  return std::sqrt(squares / count);
+}
+
 double enclosedVolume(const Surface& surface) {
   double six_times = 0;
   for (const Triangle& t : surface.triangles()) {

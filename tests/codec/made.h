@@ -76,6 +76,8 @@ Reference reference(const Made& made, std::uint32_t level);
 
 /// Whether each directed edge of the quads runs as often as its reverse, edges at the grid's border excepted.
 bool isClosed(const Reference& reference, const std::vector<Quad>& quads);
+/// Root mean square distance of the triangles' centroids from a sphere, in the world.
+double rmsToSphere(const Surface& surface, const Vec3d& centre, double radius);
 /// The volume enclosed by a closed surface, by the divergence theorem over its triangles; world units.
 double enclosedVolume(const Surface& surface);
 
